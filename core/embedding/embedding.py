@@ -1,0 +1,244 @@
+"""The embedding: the motion graph unrolled into the grid and reduced to its largest strongly connected component."""
+
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from ..environment.environment import Environment
+from ..errors import EmbeddingError
+from ..motion.graph import MotionGraph
+from ..progress import Progress, finish
+from .component import StepNetwork, largest_component_steps
+from .footprint import FootprintSettings
+from .stencil import build_stencils
+from .unroll import Unrolling, unroll_steps
+
+
+@dataclass(frozen=True)
+class EmbeddingSettings:
+    """How the motion graph is unrolled.
+
+    Attributes
+    ----------
+    footprint : FootprintSettings
+    memory_limit : float
+        Bytes that the embedding's planes may take; above it ``embed`` refuses before it starts.
+    """
+
+    footprint: FootprintSettings = field(default_factory=FootprintSettings)
+    memory_limit: float = 4e9
+
+
+@dataclass(frozen=True)
+class Embedding:
+    """Nodes (p, c): the character stands at p = (x, y, heading), having arrived by segment c.
+
+    Attributes
+    ----------
+    graph : MotionGraph
+    environment : Environment
+    settings : EmbeddingSettings
+    unrolling : Unrolling
+        All one-step links, inside the component or not.
+    planes : tuple of int
+        The nodes: for each segment and heading (index segment * n_headings + heading) a bit-plane over the cells.
+    """
+
+    graph: MotionGraph
+    environment: Environment
+    settings: EmbeddingSettings
+    unrolling: Unrolling
+    planes: tuple[int, ...]
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """(nx, ny, n_headings, n_segments)"""
+        return (*self.environment.grid.shape, len(self.graph.segments))
+
+    @cached_property
+    def network(self) -> StepNetwork:
+        """The one-step links as moves of planes."""
+        return StepNetwork(self.unrolling, self.graph.links, len(self.graph.segments))
+
+    @cached_property
+    def n_nodes(self) -> int:
+        return sum(plane.bit_count() for plane in self.planes)
+
+    @cached_property
+    def n_links(self) -> int:
+        return int(self.out_degree().sum(dtype=np.int64))
+
+    def node_mask(self) -> np.ndarray:
+        """(nx, ny, n_headings, n_segments) bool: whether (p, c) is a node of the embedding."""
+        return self._by_plane_to_grid(self._mask_by_plane)
+
+    def in_degree(self) -> np.ndarray:
+        """(nx, ny, n_headings, n_segments) int32: links that end at each node; 0 where there is none."""
+        return self._by_plane_to_grid(self._in_degree_by_plane)
+
+    def out_degree(self) -> np.ndarray:
+        """(nx, ny, n_headings, n_segments) int32: links that start at each node; 0 where there is none."""
+        return self._by_plane_to_grid(self._out_degree_by_plane)
+
+    def _by_plane_to_grid(self, by_plane: np.ndarray) -> np.ndarray:
+        nx, ny, n_headings, n_segments = self.shape
+        return by_plane.reshape(n_segments, n_headings, nx, ny).transpose(2, 3, 1, 0)
+
+    @cached_property
+    def _mask_by_plane(self) -> np.ndarray:
+        """(planes, nx, ny) bool"""
+        unpack = self.unrolling.layout.unpack
+        return np.stack([unpack(plane) for plane in self.planes])
+
+    def _over_links(self, matrix: np.ndarray, by_plane: np.ndarray) -> np.ndarray:
+        """(S, S) ``matrix`` applied to the segments of (planes, nx, ny) counts, for every p at once.
+
+        Counts stay far below 2**24, so that float32 is exact.
+        """
+        n_segments = len(self.graph.segments)
+        product = matrix.astype(np.float32) @ by_plane.reshape(n_segments, -1).astype(np.float32)
+        return product.astype(np.int32).reshape(by_plane.shape)
+
+    @cached_property
+    def _adjacency(self) -> np.ndarray:
+        """(S, S) bool: [a, b] where b may follow a."""
+        adjacency = np.zeros((len(self.graph.segments),) * 2, dtype=bool)
+        adjacency[self.graph.links[:, 0], self.graph.links[:, 1]] = True
+        return adjacency
+
+    @cached_property
+    def _in_degree_by_plane(self) -> np.ndarray:
+        layout, stencils = self.unrolling.layout, self.unrolling.stencils
+        from_parents = self._over_links(self._adjacency.T, self._mask_by_plane)
+        degree = np.zeros(from_parents.shape, dtype=np.int32)
+        starts, arrivals = self._stencil_planes
+        for k, valid in enumerate(self.unrolling.valid):
+            if valid:
+                moving = from_parents[starts[k]] * layout.unpack(valid)
+                _add_shifted(degree[arrivals[k]], moving, stencils.dx[k], stencils.dy[k], layout.tiled)
+        return degree * self._mask_by_plane
+
+    @cached_property
+    def _out_degree_by_plane(self) -> np.ndarray:
+        layout, stencils = self.unrolling.layout, self.unrolling.stencils
+        landing = np.zeros(self._mask_by_plane.shape, dtype=np.int32)
+        starts, arrivals = self._stencil_planes
+        shifts = layout.shift(stencils.dx, stencils.dy).tolist()
+        extended = [layout.extend(plane) for plane in self.planes]
+        for k, valid in enumerate(self.unrolling.valid):
+            if valid:
+                there, shift = extended[arrivals[k]], shifts[k]
+                able = valid & (there >> shift if shift >= 0 else there << -shift)
+                if able:
+                    landing[starts[k]] += layout.unpack(able)
+        return self._over_links(self._adjacency, landing) * self._mask_by_plane
+
+    @property
+    def _stencil_planes(self) -> tuple[np.ndarray, np.ndarray]:
+        """(K,) plane that each stencil starts from and arrives in."""
+        stencils = self.unrolling.stencils
+        first = stencils.segment * stencils.n_headings
+        return first + stencils.heading, first + stencils.destination_heading
+
+    def to_csr(self) -> tuple[np.ndarray, sparse.csr_array]:
+        """All nodes and links, written out; for other programs and for small problems.
+
+        Returns
+        -------
+        nodes : (N, 4) int array of x, y, heading, segment, in that order
+        links : (N, N) sparse array; [i, j] is the duration in seconds of the segment played from node i to node j
+        """
+        mask = self.node_mask()
+        nodes = np.argwhere(mask)
+        number = np.full(mask.shape, -1, dtype=np.int64)
+        number[mask] = np.arange(len(nodes))
+        stencils, layout = self.unrolling.stencils, self.unrolling.layout
+        starts, arrivals = self._stencil_planes
+        size = np.array(self.shape[:2])
+        rows, columns, data = [], [], []
+        for k, valid in enumerate(self.unrolling.valid):
+            cells = layout.cells(valid)
+            landing = (cells + [stencils.dx[k], stencils.dy[k]]) % size
+            segment, heading = stencils.segment[k], stencils.heading[k]
+            end = number[landing[:, 0], landing[:, 1], arrivals[k] % stencils.n_headings, segment]
+            for parent in self.network.parents[segment]:
+                start = number[cells[:, 0], cells[:, 1], heading, parent]
+                kept = (start >= 0) & (end >= 0)
+                rows.append(start[kept])
+                columns.append(end[kept])
+                data.append(np.full(kept.sum(), self.graph.segments[segment].duration))
+        if not rows:
+            return nodes, sparse.csr_array((len(nodes), len(nodes)))
+        entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns)))
+        return nodes, sparse.csr_array(entries, shape=(len(nodes), len(nodes)))
+
+
+def _add_shifted(target: np.ndarray, source: np.ndarray, dx: int, dy: int, tiled: bool) -> None:
+    """Add ``source`` moved by (dx, dy) cells to ``target``, both (nx, ny); around the edges where tiled.
+
+    Where not tiled, what would leave the ground is zero already.
+    """
+    if tiled:
+        target += np.roll(source, (dx, dy), axis=(0, 1))
+        return
+    nx, ny = target.shape
+    x, y = slice(max(dx, 0), min(nx + dx, nx)), slice(max(dy, 0), min(ny + dy, ny))
+    from_x, from_y = slice(max(-dx, 0), min(nx - dx, nx)), slice(max(-dy, 0), min(ny - dy, ny))
+    target[x, y] += source[from_x, from_y]
+
+
+def embed_steps(
+    graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None
+) -> Generator[Progress, None, Embedding]:
+    """As :func:`embed`, as a generator that yields progress and may be closed at any moment."""
+    settings = settings or EmbeddingSettings()
+    if not graph.segments:
+        raise EmbeddingError("The motion graph has no segments; build it from clips that connect.")
+    yield Progress(0.0, "Laying out stencils")
+    stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
+    _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
+    unrolling = yield from _scaled(unroll_steps(graph.segments, stencils, environment), 0.0, 0.6)
+    network = StepNetwork(unrolling, graph.links, len(graph.segments))
+    planes = yield from _scaled(largest_component_steps(network), 0.6, 1.0)
+    return Embedding(graph, environment, settings, unrolling, tuple(planes))
+
+
+def embed(
+    graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None
+) -> Embedding:
+    """Unroll the motion graph into the environment and keep the largest strongly connected component (paper, sect. 3).
+
+    The embedding may be empty (``n_nodes`` 0): then no endless walk fits into the scene.
+
+    Raises
+    ------
+    EmbeddingError
+        The graph has no segments, or the planes would take more than ``settings.memory_limit`` bytes.
+    """
+    return finish(embed_steps(graph, environment, settings))
+
+
+def _scaled(steps, low: float, high: float):
+    """Progress of a part of the work, as progress of the whole."""
+    while True:
+        try:
+            progress = next(steps)
+        except StopIteration as stop:
+            return stop.value
+        yield Progress(low + (high - low) * progress.fraction, progress.message)
+
+
+def _refuse_if_too_large(graph: MotionGraph, environment: Environment, n_stencils: int, limit: float) -> None:
+    """One plane for each stencil and about ten sets of nodes while the component is sought."""
+    nx, ny, n_headings = environment.grid.shape
+    n_planes = n_stencils + 10 * len(graph.segments) * n_headings
+    needed = n_planes * nx * (ny + 16) / 8
+    if needed > limit:
+        raise EmbeddingError(
+            f"The grid of {nx} x {ny} cells and {n_headings} headings would need about {needed / 1e9:.1f} GB for "
+            f"{len(graph.segments)} segments, more than the limit of {limit / 1e9:.1f} GB; use larger cells, fewer "
+            "headings, a smaller ground or a smaller footprint."
+        )

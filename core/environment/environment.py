@@ -1,0 +1,118 @@
+"""The environment: ground grid, blocked samples and region masks."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+from .grid import SUBDIVISION, Grid
+from .obstacles import clip_to_heights, samples_within
+from .regions import Region, RegionMask, RegionRule, rasterise_region
+
+
+@dataclass(frozen=True)
+class EnvironmentSettings:
+    """The body that must fit through the scene.
+
+    Attributes
+    ----------
+    radius : float
+        Metres that the root keeps from every obstacle, measured on the ground plane.
+    step_height : float
+        Metres above the ground below which geometry is walked on, not around.
+    head_height : float
+        Metres above the ground above which geometry is walked under.
+    ground_height : float
+        World z of the ground in metres.
+    """
+
+    radius: float = 0.25
+    step_height: float = 0.05
+    head_height: float = 1.9
+    ground_height: float = 0.0
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Where the root may be, for each combination of tags.
+
+    Attributes
+    ----------
+    grid : Grid
+    blocked : (4 nx, 4 ny) bool array
+        Samples with any point closer to an obstacle than the character's radius.
+    regions : tuple of RegionMask
+    """
+
+    grid: Grid
+    blocked: np.ndarray
+    regions: tuple[RegionMask, ...] = ()
+
+    def __post_init__(self):
+        expected = (self.grid.shape[0] * SUBDIVISION, self.grid.shape[1] * SUBDIVISION)
+        for name, mask in [("blocked", self.blocked), *((r.name, r.mask) for r in self.regions)]:
+            if mask.shape != expected:
+                raise SceneError(f"The mask '{name}' has {mask.shape} samples; the grid needs {expected}.")
+
+    @property
+    def tags(self) -> frozenset[str]:
+        """The tags that any region speaks of; all others make no difference."""
+        return frozenset(region.tag for region in self.regions)
+
+    def free_samples(self, tags: Iterable[str]) -> np.ndarray:
+        """(4 nx, 4 ny) bool: where a frame that carries exactly ``tags`` may be played."""
+        tags = frozenset(tags)
+        free = ~self.blocked
+        for region in self.regions:
+            if (region.rule is RegionRule.REQUIRE and region.tag not in tags) or (
+                region.rule is RegionRule.FORBID and region.tag in tags
+            ):
+                free = free & ~region.mask
+        for tag in sorted(tags):
+            confining = [r.mask for r in self.regions if r.rule is RegionRule.CONFINE and r.tag == tag]
+            if confining:
+                free = free & np.logical_or.reduce(confining)
+        return free
+
+    def free_cells(self) -> np.ndarray:
+        """(nx, ny) bool: cells at whose centre a character may stand, whatever it is doing there."""
+        corner = SUBDIVISION // 2
+        return ~self.blocked[corner::SUBDIVISION, corner::SUBDIVISION]
+
+
+def build_environment(
+    grid: Grid,
+    obstacles: np.ndarray,
+    regions: Sequence[Region] = (),
+    settings: EnvironmentSettings | None = None,
+) -> Environment:
+    """Rasterise obstacles and regions.
+
+    Parameters
+    ----------
+    obstacles : (T, 3, 3) float array
+        World-space triangles in metres. Only what lies between step height and head height above the ground counts.
+    regions : sequence of Region
+
+    Raises
+    ------
+    SceneError
+        A coordinate is not a number, a radius is negative, or a region lies wholly outside the ground.
+    """
+    settings = settings or EnvironmentSettings()
+    if not settings.radius >= 0:
+        raise SceneError(f"The character's radius is {settings.radius}; it must be zero or more.")
+    if not settings.step_height < settings.head_height:
+        raise SceneError("The step height must be below the head height.")
+    low, high = settings.ground_height + settings.step_height, settings.ground_height + settings.head_height
+    polygons = clip_to_heights(np.asarray(obstacles, dtype=float).reshape(-1, 3, 3), low, high)
+    masks = []
+    for region in regions:
+        mask = rasterise_region(region, grid)
+        if not mask.mask.any():
+            raise SceneError(
+                f"The region '{region.name}' covers no part of the ground; move it onto the ground or remove it."
+            )
+        masks.append(mask)
+    return Environment(grid, samples_within(grid, polygons, settings.radius), tuple(masks))

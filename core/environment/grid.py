@@ -1,0 +1,108 @@
+"""The grid of task coordinates p = (x, y, heading) over a ground rectangle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+
+#: Obstacles and paths are resolved on SUBDIVISION x SUBDIVISION samples to a cell.
+SUBDIVISION = 4
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells over the ground x evenly spaced headings.
+
+    Attributes
+    ----------
+    shape : (nx, ny, n_headings)
+    cell_size : float
+        Side of a cell in metres.
+    origin : (x, y)
+        Corner of cell (0, 0) with the lowest coordinates, in metres. A character at cell (i, j) stands at its centre.
+    tiled : bool
+        The rectangle is a torus: who leaves it on one side enters it on the other.
+    """
+
+    shape: tuple[int, int, int]
+    cell_size: float
+    origin: tuple[float, float] = (0.0, 0.0)
+    tiled: bool = False
+
+    def __post_init__(self):
+        if len(self.shape) != 3 or min(self.shape) < 1:
+            raise SceneError(f"The grid has {self.shape} cells and headings; it needs at least one of each.")
+        if not (np.isfinite(self.cell_size) and self.cell_size > 0):
+            raise SceneError(f"The cell size is {self.cell_size}; it must be a positive length.")
+        if not np.isfinite(self.origin).all():
+            raise SceneError(
+                "The ground's corner has a coordinate that is not a number; check the ground object."
+            )
+
+    @classmethod
+    def over_rectangle(
+        cls,
+        low: tuple[float, float],
+        high: tuple[float, float],
+        cell_size: float,
+        n_headings: int,
+        tiled: bool = False,
+    ) -> "Grid":
+        """The grid over the rectangle from ``low`` to ``high`` (m), centred on it.
+
+        Cells never reach outside the rectangle, so that a last strip narrower than a cell is left out; a tiled
+        ground must be a whole number of cells wide, because its opposite sides are joined.
+        """
+        extent = np.subtract(high, low)
+        if not np.isfinite(extent).all() or np.any(extent <= 0):
+            raise SceneError("The ground rectangle is empty; give it a width and a depth greater than zero.")
+        if not (np.isfinite(cell_size) and cell_size > 0):
+            raise SceneError(f"The cell size is {cell_size}; it must be a positive length.")
+        cells = np.floor(extent / cell_size + 1e-6).astype(int)
+        if np.any(cells < 1):
+            raise SceneError(
+                f"The ground of {extent[0]:.2f} x {extent[1]:.2f} m is smaller than one cell of {cell_size:g} m; "
+                "use smaller cells or a larger ground."
+            )
+        rest = extent - cells * cell_size
+        if tiled and np.any(np.abs(rest) > 1e-4 * cell_size):
+            raise SceneError(
+                f"A tiled ground must be a whole number of cells wide: {extent[0]:g} x {extent[1]:g} m is not a "
+                f"multiple of {cell_size:g} m; change the cell size or the ground."
+            )
+        origin = np.asarray(low, dtype=float) + rest / 2
+        return cls(
+            (int(cells[0]), int(cells[1]), int(n_headings)), float(cell_size), tuple(origin.tolist()), tiled
+        )
+
+    @property
+    def n_headings(self) -> int:
+        return self.shape[2]
+
+    @property
+    def heading_step(self) -> float:
+        """Angle between neighbouring headings in radians."""
+        return 2 * np.pi / self.shape[2]
+
+    @property
+    def sample_size(self) -> float:
+        """Side of one sample of the obstacle masks in metres."""
+        return self.cell_size / SUBDIVISION
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and depth of the ground in metres."""
+        return self.shape[0] * self.cell_size, self.shape[1] * self.cell_size
+
+    def positions(self, cells: np.ndarray) -> np.ndarray:
+        """(..., 2) world x, y in metres of the centres of (..., 2) cells; cells may lie outside (unwrapped tiles)."""
+        return np.asarray(self.origin) + (np.asarray(cells) + 0.5) * self.cell_size
+
+    def cells(self, positions: np.ndarray) -> np.ndarray:
+        """(..., 2) integer cells that hold the (..., 2) world positions; may lie outside the grid."""
+        return np.floor((np.asarray(positions) - self.origin) / self.cell_size).astype(int)
+
+    def contains(self, cells: np.ndarray) -> np.ndarray:
+        """Whether each of (..., 2) cells lies on the ground."""
+        return np.all((np.asarray(cells) >= 0) & (np.asarray(cells) < self.shape[:2]), axis=-1)

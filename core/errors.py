@@ -1,0 +1,24 @@
+"""What can be wrong with the input, as exceptions whose text is shown to the artist.
+
+Each message is a full sentence that names the clip, bone, object or setting, and the remedy.
+"""
+
+
+class MotionGraphError(Exception):
+    """Base of everything that Wayfarer reports about its input."""
+
+
+class ClipError(MotionGraphError):
+    """A clip cannot be used: no frames, NaN, another skeleton, no root motion."""
+
+
+class SceneError(MotionGraphError):
+    """The ground, an obstacle or a region cannot be used."""
+
+
+class EmbeddingError(MotionGraphError):
+    """The motion graph cannot be unrolled into the environment, or not within the memory allowed."""
+
+
+class WalkError(MotionGraphError):
+    """No walk answers the request."""

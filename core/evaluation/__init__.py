@@ -1,0 +1,1 @@
+"""What an embedding tells: variability and coverage."""

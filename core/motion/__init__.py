@@ -1,0 +1,1 @@
+"""Clips of motion and the motion graph that is cut from them."""

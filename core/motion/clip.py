@@ -1,0 +1,130 @@
+"""A motion clip: one recorded motion, sampled at a constant rate."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import ClipError
+from .kinematics import as_rotation, world_transforms
+from .skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class MotionClip:
+    """One recorded motion of a skeleton.
+
+    Attributes
+    ----------
+    name : str
+        The name of the action that it was read from.
+    skeleton : Skeleton
+    frame_rate : float
+        Samples per second.
+    rotations : (F, J, 4) float array
+        Unit quaternions (w, x, y, z): the root's in world space, every other joint's relative to its parent
+        (rest rotation included).
+    translations : (F, J, 3) float array
+        Joint positions in metres, in the same frames.
+    tags : mapping of str to (F,) bool array
+        For each tag, the frames that carry it.
+    first_frame : float
+        Frame number of the first sample in the source action, counted in samples of ``frame_rate``.
+    """
+
+    name: str
+    skeleton: Skeleton
+    frame_rate: float
+    rotations: np.ndarray
+    translations: np.ndarray
+    tags: Mapping[str, np.ndarray] = field(default_factory=dict)
+    first_frame: float = 0.0
+
+    def __post_init__(self):
+        n_frames, n_joints = len(self.rotations), self.skeleton.n_joints
+        if self.rotations.shape != (n_frames, n_joints, 4) or self.translations.shape != (
+            n_frames,
+            n_joints,
+            3,
+        ):
+            raise ClipError(
+                f"Clip '{self.name}' does not have one rotation and translation per frame and bone."
+            )
+        if n_frames < 2:
+            raise ClipError(f"Clip '{self.name}' has {n_frames} frame; a motion needs at least two.")
+        if not self.frame_rate > 0:
+            raise ClipError(f"Clip '{self.name}' has a frame rate of {self.frame_rate}; it must be positive.")
+        if not (np.isfinite(self.rotations).all() and np.isfinite(self.translations).all()):
+            bad = ~np.isfinite(self.rotations).all(axis=2) | ~np.isfinite(self.translations).all(axis=2)
+            frame, joint = np.argwhere(bad)[0]
+            raise ClipError(
+                f"Clip '{self.name}' holds a value that is not a number at sample {frame}, "
+                f"bone '{self.skeleton.names[joint]}'; repair or delete that key."
+            )
+        for tag, mask in self.tags.items():
+            if np.shape(mask) != (n_frames,):
+                raise ClipError(f"Clip '{self.name}': the tag '{tag}' needs one entry per frame.")
+
+    @property
+    def n_frames(self) -> int:
+        return len(self.rotations)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first to the last frame."""
+        return (self.n_frames - 1) / self.frame_rate
+
+    @cached_property
+    def ground_path(self) -> np.ndarray:
+        """(F, 3) x, y in metres and unwrapped heading in radians: the root projected on the ground."""
+        forward = as_rotation(self.rotations[:, 0]).apply(self.skeleton.forward)
+        if np.any(np.hypot(forward[:, 0], forward[:, 1]) < 1e-3):
+            raise ClipError(
+                f"Clip '{self.name}': the forward axis of bone '{self.skeleton.names[0]}' points straight up or "
+                "down, so that it has no heading; choose another forward axis or trim those frames."
+            )
+        heading = np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
+        return np.column_stack([self.translations[:, 0, :2], heading])
+
+    @cached_property
+    def world(self) -> tuple[np.ndarray, np.ndarray]:
+        """World rotations (F, J, 4) and joint positions (F, J, 3) of every frame."""
+        return world_transforms(self.rotations, self.translations, self.skeleton.parents)
+
+    def resampled(self, frame_rate: float) -> "MotionClip":
+        """The same motion at another rate; rotations by spherical interpolation, tags by the nearest frame."""
+        if frame_rate == self.frame_rate:
+            return self
+        n_frames = int(np.floor(self.duration * frame_rate + 1e-6)) + 1
+        if n_frames < 2:
+            raise ClipError(
+                f"Clip '{self.name}' lasts {self.duration:.3f} s, less than one frame at {frame_rate:g} frames per "
+                "second; drop it or raise the frame rate."
+            )
+        times = np.minimum(np.arange(n_frames) / frame_rate, self.duration)
+        before = np.minimum((times * self.frame_rate).astype(int), self.n_frames - 2)
+        weight = (times * self.frame_rate - before)[:, None, None]
+        rotations = _slerp(self.rotations[before], self.rotations[before + 1], weight)
+        translations = self.translations[before] * (1 - weight) + self.translations[before + 1] * weight
+        nearest = np.rint(times * self.frame_rate).astype(int)
+        return replace(
+            self,
+            frame_rate=frame_rate,
+            rotations=rotations,
+            translations=translations,
+            tags={tag: np.asarray(mask)[nearest] for tag, mask in self.tags.items()},
+            first_frame=self.first_frame * frame_rate / self.frame_rate,
+        )
+
+
+def _slerp(start: np.ndarray, end: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(..., 4) quaternions from ``start`` to ``end`` along the shorter arc, ``weight`` (..., 1) of the way."""
+    cosine = np.einsum("...c,...c->...", start, end)[..., None]
+    # The half angle from its tangent, because an arccos would lose the digits of small angles.
+    sine = np.linalg.norm(end * np.where(cosine < 0, -1, 1) - start * np.abs(cosine), axis=-1, keepdims=True)
+    angle = np.arctan2(sine, np.abs(cosine))
+    from_start = np.sinc((1 - weight) * angle / np.pi) * (1 - weight)
+    from_end = np.sinc(weight * angle / np.pi) * weight * np.where(cosine < 0, -1, 1)
+    result = from_start * start + from_end * end
+    return result / np.linalg.norm(result, axis=-1, keepdims=True)

@@ -1,0 +1,1 @@
+"""Walks through an embedding, and the poses that play them."""

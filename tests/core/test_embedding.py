@@ -1,0 +1,126 @@
+"""The bit-plane embedding against the explicit one."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintRule, FootprintSettings, footprint
+from core.environment.environment import Environment
+from core.environment.grid import Grid
+from core.errors import EmbeddingError
+from core.evaluation.variability import coverage, segment_variability, variability
+from core.motion.graph import MotionGraph, MotionSegment
+
+from .reference import explicit_embedding, random_problem
+
+FOOTPRINTS = [
+    FootprintSettings(),
+    FootprintSettings(0.05, 0.3, 0.2, 0.5),
+    FootprintSettings(0.1, 0.2, 0.4, 0.4, FootprintRule.CONSERVATIVE),
+]
+
+
+@given(st.integers(0, 10**6), st.booleans(), st.sampled_from(FOOTPRINTS))
+@example(0, True, FOOTPRINTS[0])
+def test_equals_the_explicit_embedding(seed, tiled, footprint_settings):
+    graph, environment = random_problem(seed, tiled)
+    settings = EmbeddingSettings(footprint_settings)
+    fast, slow = embed(graph, environment, settings), explicit_embedding(graph, environment, settings)
+    assert np.array_equal(fast.node_mask(), slow.node_mask())
+    assert (fast.n_nodes, fast.n_links) == (len(slow.nodes), len(slow.links))
+    assert np.array_equal(fast.in_degree(), slow.in_degree())
+    assert np.array_equal(fast.out_degree(), slow.out_degree())
+    nodes, links = fast.to_csr()
+    assert np.array_equal(np.ravel_multi_index(nodes.T, slow.shape) if len(nodes) else slow.nodes, slow.nodes)
+    assert links.nnz <= len(
+        slow.links
+    )  # parallel links (two stencils between the same nodes) share one entry
+    pairs = np.unique(slow.links, axis=0)
+    number = {node: i for i, node in enumerate(slow.nodes.tolist())}
+    assert set(zip(*(a.tolist() for a in links.nonzero()), strict=True)) == {
+        (number[a], number[b]) for a, b in pairs.tolist()
+    }
+
+
+def test_random_problems_are_not_all_trivial():
+    """Guards the test above: its problems must hold embeddings, obstacles in their way and several components."""
+    found = [
+        explicit_embedding(*random_problem(seed, seed % 2 == 0), EmbeddingSettings()) for seed in range(60)
+    ]
+    assert sum(len(e.nodes) > 0 for e in found) > 20
+    assert sum(len(e.nodes) == 0 for e in found) > 3
+    assert sum(0 < len(e.links) < len(e.all_links) for e in found) > 15
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_every_node_can_be_left_and_entered(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), EmbeddingSettings(FOOTPRINTS[1]))
+    mask = embedding.node_mask()
+    assert np.all(embedding.in_degree()[mask] > 0)
+    assert np.all(embedding.out_degree()[mask] > 0)
+    assert np.array_equal(coverage(embedding), mask.any(axis=3))
+    assert np.array_equal(variability(embedding), segment_variability(embedding).sum(axis=3))
+
+
+def brute_force_footprint(segment, heading, grid, settings):
+    """Every cell within 12 of the start and every turn within a full circle, tested one by one."""
+    length = sum(np.hypot(*(b - a)) for a, b in zip(segment.path[:, :2], segment.path[1:, :2], strict=False))
+    angle = heading * 2 * np.pi / grid.n_headings
+    x, y, turn = segment.path[-1]
+    end = (np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y)
+    cells = [(dx, dy) for dx in range(-12, 13) for dy in range(-12, 13)]
+    distance = {
+        (dx, dy): np.hypot(dx * grid.cell_size - end[0], dy * grid.cell_size - end[1]) for dx, dy in cells
+    }
+    off = {t: abs(t * grid.heading_step - turn) for t in range(-grid.n_headings, grid.n_headings + 1)}
+    kept_cells = [c for c in cells if distance[c] <= settings.position_base + settings.position_rate * length]
+    kept_turns = [t for t in off if off[t] <= settings.heading_base + settings.heading_rate * length]
+    if settings.rule is FootprintRule.SNAP:
+        kept_cells.append(min(cells, key=distance.get))
+        kept_turns.append(min(off, key=off.get))
+    return {(dx, dy, t) for dx, dy in kept_cells for t in kept_turns}
+
+
+@given(st.integers(0, 10**6), st.sampled_from(FOOTPRINTS))
+def test_footprint_equals_brute_force(seed, settings):
+    graph, environment = random_problem(seed, False)
+    grid = environment.grid
+    if (
+        grid.n_headings < 3
+    ):  # a full turn either way is then the same heading twice, which the footprint leaves out
+        grid = Grid((*grid.shape[:2], 8), grid.cell_size, grid.origin)
+    for segment in graph.segments:
+        for heading in range(0, grid.n_headings, 3):
+            fast = footprint(segment, heading, grid, settings)
+            found = list(zip(fast.dx.tolist(), fast.dy.tolist(), fast.turn.tolist(), strict=True))
+            assert len(set(found)) == len(found)
+            slow = brute_force_footprint(segment, heading, grid, settings)
+            assert set(found) == slow
+
+
+def test_refuses_what_does_not_fit_into_memory():
+    graph, environment = random_problem(3, False)
+    with pytest.raises(EmbeddingError, match="larger cells"):
+        embed(graph, environment, EmbeddingSettings(memory_limit=10))
+
+
+def test_refuses_an_empty_graph():
+    _, environment = random_problem(3, False)
+    with pytest.raises(EmbeddingError, match="no segments"):
+        embed(MotionGraph((), 30.0, (), np.empty((0, 2), dtype=int), np.empty(0)), environment)
+
+
+def test_one_way_street_is_left_out():
+    """A segment that only walks on can never come back on open ground, but does on a torus."""
+    path = np.zeros((5, 3))
+    path[:, 0] = np.linspace(0, 0.5, 5)
+    segment = MotionSegment("on", 0, 0, 4, path, 4 / 30, {})
+    graph = MotionGraph((), 30.0, (segment,), np.array([[0, 0]]), np.zeros(1))
+    for tiled in (False, True):
+        grid = Grid((8, 6, 4), 0.25, (0, 0), tiled)
+        environment = Environment(grid, np.zeros((32, 24), dtype=bool))
+        embedding = embed(graph, environment)
+        # 4 steps of two cells around the 8-cell ring; 3 around the 6-cell one: components of 4 beat those of 3.
+        assert embedding.n_nodes == (4 if tiled else 0)
