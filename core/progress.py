@@ -15,9 +15,7 @@ class Progress:
     message: str
 
 
-def finish(
-    steps: Generator[Progress, None, Result], report: Callable[[Progress], None] | None = None
-) -> Result:
+def finish(steps: Generator[Progress, None, Result], report: Callable[[Progress], None] | None = None) -> Result:
     """Run long work to its end and return its result, telling ``report`` of every step."""
     while True:
         try:

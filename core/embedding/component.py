@@ -43,7 +43,7 @@ class StepNetwork:
         for before, after in np.asarray(links).tolist():
             self.children[before].append(after)
             self.parents[after].append(before)
-        # moves_from[start plane] = [(shift, arrival plane, valid starts)], moves_to[arrival plane] = [(shift, start ...)]
+        # moves_from[start plane]: (shift, arrival plane, valid starts); moves_to[arrival]: (shift, start plane, valid)
         self.moves_from: list[list[tuple[int, int, int]]] = [[] for _ in range(self.n_planes)]
         self.moves_to: list[list[tuple[int, int, int]]] = [[] for _ in range(self.n_planes)]
         shifts = self.layout.shift(stencils.dx, stencils.dy).tolist()
@@ -178,18 +178,14 @@ class StepNetwork:
 
     def has_cycle(self, component: Planes) -> bool:
         """Whether a strongly connected set is more than one node that no link joins to itself."""
-        return self.count(component) > 1 or any(
-            a & b for a, b in zip(component, self.image(component), strict=True)
-        )
+        return self.count(component) > 1 or any(a & b for a, b in zip(component, self.image(component), strict=True))
 
     def first_node(self, planes: Planes) -> tuple[int, int, int]:
         """(bit, heading, segment) of the lowest node of a set, in order of x, y, heading, segment."""
         lowest = min((plane & -plane).bit_length() for plane in planes if plane)
         bit = 1 << (lowest - 1)
         heading, segment = min(
-            (node % self.n_headings, node // self.n_headings)
-            for node, plane in enumerate(planes)
-            if plane & bit
+            (node % self.n_headings, node // self.n_headings) for node, plane in enumerate(planes) if plane & bit
         )
         return lowest, heading, segment
 
@@ -226,8 +222,7 @@ def largest_component_steps(network: StepNetwork) -> Generator[Progress, None, P
         component = network.reaching(pivot, reached)
         size = network.count(component)
         if network.has_cycle(component) and (
-            size > best_size
-            or (size == best_size and network.first_node(component) < network.first_node(best))
+            size > best_size or (size == best_size and network.first_node(component) < network.first_node(best))
         ):
             best, best_size = component, size
         rests.append([a & ~b for a, b in zip(reached, component, strict=True)])

@@ -156,14 +156,14 @@ class Embedding:
         number = np.full(mask.shape, -1, dtype=np.int64)
         number[mask] = np.arange(len(nodes))
         stencils, layout = self.unrolling.stencils, self.unrolling.layout
-        starts, arrivals = self._stencil_planes
+        turned = stencils.destination_heading
         size = np.array(self.shape[:2])
         rows, columns, data = [], [], []
         for k, valid in enumerate(self.unrolling.valid):
             cells = layout.cells(valid)
             landing = (cells + [stencils.dx[k], stencils.dy[k]]) % size
             segment, heading = stencils.segment[k], stencils.heading[k]
-            end = number[landing[:, 0], landing[:, 1], arrivals[k] % stencils.n_headings, segment]
+            end = number[landing[:, 0], landing[:, 1], turned[k], segment]
             for parent in self.network.parents[segment]:
                 start = number[cells[:, 0], cells[:, 1], heading, parent]
                 kept = (start >= 0) & (end >= 0)
@@ -206,9 +206,7 @@ def embed_steps(
     return Embedding(graph, environment, settings, unrolling, tuple(planes))
 
 
-def embed(
-    graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None
-) -> Embedding:
+def embed(graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None) -> Embedding:
     """Unroll the motion graph into the environment and keep the largest strongly connected component (paper, sect. 3).
 
     The embedding may be empty (``n_nodes`` 0): then no endless walk fits into the scene.

@@ -151,9 +151,7 @@ def swept_samples(
     inside = inside[crossed]
     found = [
         np.column_stack([stencil, classes[piece], inside])
-        for classes in (
-            [frame_class] if np.all(frame_class == frame_class[0]) else [frame_class, frame_class[1:]]
-        )
+        for classes in ([frame_class] if np.all(frame_class == frame_class[0]) else [frame_class, frame_class[1:]])
     ]
     # The ends lie on the corner of four samples; naming one of them makes "the centre is free" part of the check.
     for frame in (0, -1):

@@ -36,9 +36,7 @@ class Grid:
         if not (np.isfinite(self.cell_size) and self.cell_size > 0):
             raise SceneError(f"The cell size is {self.cell_size}; it must be a positive length.")
         if not np.isfinite(self.origin).all():
-            raise SceneError(
-                "The ground's corner has a coordinate that is not a number; check the ground object."
-            )
+            raise SceneError("The ground's corner has a coordinate that is not a number; check the ground object.")
 
     @classmethod
     def over_rectangle(
@@ -72,9 +70,7 @@ class Grid:
                 f"multiple of {cell_size:g} m; change the cell size or the ground."
             )
         origin = np.asarray(low, dtype=float) + rest / 2
-        return cls(
-            (int(cells[0]), int(cells[1]), int(n_headings)), float(cell_size), tuple(origin.tolist()), tiled
-        )
+        return cls((int(cells[0]), int(cells[1]), int(n_headings)), float(cell_size), tuple(origin.tolist()), tiled)
 
     @property
     def n_headings(self) -> int:

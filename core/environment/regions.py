@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from .grid import Grid
-from .obstacles import clip_to_heights, samples_within
+from .obstacles import clip_to_heights, occupied_samples, samples_within
 
 
 class RegionRule(Enum):
@@ -65,9 +65,7 @@ def rasterise_region(region: Region, grid: Grid) -> RegionMask:
     shadow = clip_to_heights(np.asarray(region.triangles, dtype=float), -np.inf, np.inf)
     if region.rule is not RegionRule.CONFINE:
         return RegionMask(region.name, region.rule, region.tag, samples_within(grid, shadow, region.margin))
-    touched = samples_within(grid, shadow, 0.0)
-    # A sample that the border crosses has an untouched neighbour on the border's outer side. Beyond the ground the
-    # region is taken to go on (or to wrap around), so that one as large as the ground confines to all of it.
-    around = np.pad(touched, 1, mode="wrap" if grid.tiled else "edge")
-    inside = ndimage.binary_erosion(around, np.ones((3, 3), dtype=bool))[1:-1, 1:-1]
+    # A sample that the border crosses has an untouched neighbour on the border's outer side.
+    touched = occupied_samples(grid, shadow, margin=1)
+    inside = ndimage.binary_erosion(touched, np.ones((3, 3), dtype=bool))[1:-1, 1:-1]
     return RegionMask(region.name, region.rule, region.tag, inside)

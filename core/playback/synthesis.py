@@ -52,7 +52,7 @@ def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str 
     tags = {tag: np.zeros(n_frames, dtype=bool) for s in graph.segments for tag in s.tags}
     played = [graph.segments[s] for s in walk.segments]
     for i, segment in enumerate(played):
-        window = min(int(round(settings.blend_duration * graph.frame_rate)), (segment.n_frames - 1) // 2)
+        window = min(round(settings.blend_duration * graph.frame_rate), (segment.n_frames - 1) // 2)
         pose = _Pose.of(grounded[segment.clip], segment.first, segment.last)
         if window > 0 and i > 0:
             gap = _Gap.between(grounded, played[i - 1], segment, graph.frame_rate)

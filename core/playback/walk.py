@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -80,7 +81,7 @@ class LinkReader:
         first = np.searchsorted(
             stencils.segment * n_headings + stencils.heading, np.arange(len(embedding.planes) + 1)
         ).tolist()
-        self._of_start = [range(a, b) for a, b in zip(first, first[1:], strict=False)]
+        self._of_start = [range(a, b) for a, b in pairwise(first)]
         self._step = list(
             zip(
                 stencils.dx.tolist(),
@@ -102,9 +103,7 @@ class LinkReader:
             for k in self._of_start[child * n_headings + heading]:
                 if self._is_set(True, k, bit):
                     dx, dy, turned, _ = self._step[k]
-                    if self._is_set(
-                        False, child * n_headings + turned, self._layout.bit((x + dx) % nx, (y + dy) % ny)
-                    ):
+                    if self._is_set(False, child * n_headings + turned, self._layout.bit((x + dx) % nx, (y + dy) % ny)):
                         found.append(k)
         return found
 
@@ -133,15 +132,13 @@ def random_node(embedding: Embedding, rng: np.random.Generator) -> tuple[int, in
     sizes = np.array([plane.bit_count() for plane in embedding.planes])
     index = int(rng.integers(sizes.sum()))
     plane = int(np.searchsorted(np.cumsum(sizes), index, side="right"))
-    x, y = embedding.unrolling.layout.cells(embedding.planes[plane])[
-        index - (np.cumsum(sizes)[plane] - sizes[plane])
-    ]
+    x, y = embedding.unrolling.layout.cells(embedding.planes[plane])[index - (np.cumsum(sizes)[plane] - sizes[plane])]
     segment, heading = divmod(plane, embedding.unrolling.stencils.n_headings)
     return int(x), int(y), heading, segment
 
 
 def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> tuple[int, int, int, int]:
-    """A random one of the nodes (x, y, heading, segment) whose cell is nearest to the world position (x, y) in metres."""
+    """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
     random_node(embedding, rng)  # refuses an empty embedding
     covered = embedding.node_mask().any(axis=(2, 3))
     cells = np.argwhere(covered)
@@ -180,9 +177,7 @@ def random_walk(
     while frames < duration * frame_rate - 1e-6:
         choices = reader.stencils_from(state)
         if not choices:
-            raise WalkError(
-                "The walk's start is no node of the embedding; choose a place inside the covered area."
-            )
+            raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
         stencil = choices[int(rng.integers(len(choices)))]
         state = reader.follow(state, stencil)
         frames += segments[state[3]].n_frames - 1

@@ -4,6 +4,7 @@ Slow and obvious on purpose. The fast embedding must agree with it to the last n
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -71,16 +72,14 @@ def samples_of_piece(a, b):
     cuts = sorted(cuts)
     return {
         tuple(int(np.floor(a[axis] + (t0 + t1) / 2 * (b[axis] - a[axis]))) for axis in (0, 1))
-        for t0, t1 in zip(cuts, cuts[1:], strict=False)
+        for t0, t1 in pairwise(cuts)
     }
 
 
 def path_samples(segment, heading, dx, dy, position_error, grid):
     """(tags, sample relative to the start cell) for everything that an edited path passes through."""
     middle = SUBDIVISION / 2
-    path = (
-        rotated_path(segment, heading * grid.heading_step) + edit_profile(segment)[:, None] * position_error
-    )
+    path = rotated_path(segment, heading * grid.heading_step) + edit_profile(segment)[:, None] * position_error
     points = path / grid.sample_size + middle
     points[-1] = dx * SUBDIVISION + middle, dy * SUBDIVISION + middle
     tags = [frozenset(t for t in segment.tags if segment.tags[t][f]) for f in range(segment.n_frames)]
@@ -119,9 +118,7 @@ def explicit_embedding(graph: MotionGraph, environment: Environment, settings: E
                             )
                             for parent in parents[s]:
                                 start = (x, y, heading, parent)
-                                links.append(
-                                    (np.ravel_multi_index(start, shape), np.ravel_multi_index(end, shape))
-                                )
+                                links.append((np.ravel_multi_index(start, shape), np.ravel_multi_index(end, shape)))
     links = np.array(links, dtype=np.int64).reshape(-1, 2)
     n = int(np.prod(shape))
     matrix = sparse.csr_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(n, n))
@@ -165,9 +162,7 @@ def random_problem(seed, tiled):
         links = np.array([[0, 0]])
     graph = MotionGraph((), 30.0, tuple(segments), links, np.zeros(len(links)))
     size = (nx * SUBDIVISION, ny * SUBDIVISION)
-    blocked = np.kron(rng.random((nx * 2, ny * 2)) < rng.choice([0.0, 0.1, 0.3]), np.ones((2, 2))).astype(
-        bool
-    )
+    blocked = np.kron(rng.random((nx * 2, ny * 2)) < rng.choice([0.0, 0.1, 0.3]), np.ones((2, 2))).astype(bool)
     regions = []
     for rule in RegionRule:
         if rng.random() < 0.4:

@@ -34,9 +34,7 @@ def test_equals_the_explicit_embedding(seed, tiled, footprint_settings):
     assert np.array_equal(fast.out_degree(), slow.out_degree())
     nodes, links = fast.to_csr()
     assert np.array_equal(np.ravel_multi_index(nodes.T, slow.shape) if len(nodes) else slow.nodes, slow.nodes)
-    assert links.nnz <= len(
-        slow.links
-    )  # parallel links (two stencils between the same nodes) share one entry
+    assert links.nnz <= len(slow.links)  # parallel links (two stencils between the same nodes) share one entry
     pairs = np.unique(slow.links, axis=0)
     number = {node: i for i, node in enumerate(slow.nodes.tolist())}
     assert set(zip(*(a.tolist() for a in links.nonzero()), strict=True)) == {
@@ -46,9 +44,7 @@ def test_equals_the_explicit_embedding(seed, tiled, footprint_settings):
 
 def test_random_problems_are_not_all_trivial():
     """Guards the test above: its problems must hold embeddings, obstacles in their way and several components."""
-    found = [
-        explicit_embedding(*random_problem(seed, seed % 2 == 0), EmbeddingSettings()) for seed in range(60)
-    ]
+    found = [explicit_embedding(*random_problem(seed, seed % 2 == 0), EmbeddingSettings()) for seed in range(60)]
     assert sum(len(e.nodes) > 0 for e in found) > 20
     assert sum(len(e.nodes) == 0 for e in found) > 3
     assert sum(0 < len(e.links) < len(e.all_links) for e in found) > 15
@@ -71,9 +67,7 @@ def brute_force_footprint(segment, heading, grid, settings):
     x, y, turn = segment.path[-1]
     end = (np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y)
     cells = [(dx, dy) for dx in range(-12, 13) for dy in range(-12, 13)]
-    distance = {
-        (dx, dy): np.hypot(dx * grid.cell_size - end[0], dy * grid.cell_size - end[1]) for dx, dy in cells
-    }
+    distance = {(dx, dy): np.hypot(dx * grid.cell_size - end[0], dy * grid.cell_size - end[1]) for dx, dy in cells}
     off = {t: abs(t * grid.heading_step - turn) for t in range(-grid.n_headings, grid.n_headings + 1)}
     kept_cells = [c for c in cells if distance[c] <= settings.position_base + settings.position_rate * length]
     kept_turns = [t for t in off if off[t] <= settings.heading_base + settings.heading_rate * length]
@@ -87,9 +81,7 @@ def brute_force_footprint(segment, heading, grid, settings):
 def test_footprint_equals_brute_force(seed, settings):
     graph, environment = random_problem(seed, False)
     grid = environment.grid
-    if (
-        grid.n_headings < 3
-    ):  # a full turn either way is then the same heading twice, which the footprint leaves out
+    if grid.n_headings < 3:  # a full turn either way is then the same heading twice, which the footprint leaves out
         grid = Grid((*grid.shape[:2], 8), grid.cell_size, grid.origin)
     for segment in graph.segments:
         for heading in range(0, grid.n_headings, 3):

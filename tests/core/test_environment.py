@@ -1,0 +1,155 @@
+"""Grid, obstacles and regions against exact geometry."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.environment.environment import Environment, EnvironmentSettings, build_environment
+from core.environment.grid import SUBDIVISION, Grid
+from core.environment.obstacles import clip_to_heights, rasterise, samples_within
+from core.environment.regions import Region, RegionRule
+from core.errors import SceneError
+
+from .geometry import box_triangles, distance_to_polygons
+
+
+def touches(polygon, low, high):
+    """Whether a convex polygon and a square share a point: no axis of either separates them."""
+    square = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+    sides = np.concatenate([np.roll(polygon, -1, axis=0) - polygon, [[1, 0], [0, 1]]])
+    for normal in sides[:, ::-1] * [1, -1]:
+        a, b = polygon @ normal, square @ normal
+        if a.max() < b.min() or b.max() < a.min():
+            return False
+    return True
+
+
+@given(st.integers(0, 10**6))
+def test_rasterise_sets_exactly_the_touched_samples(seed):
+    rng = np.random.default_rng(seed)
+    shape = (9, 7)
+    triangles = rng.uniform(-3, 11, (3, 1, 2)) + rng.normal(0, rng.choice([0.1, 1, 4]), (3, 3, 2))
+    expected = [
+        [any(touches(t, (x, y), (x + 1, y + 1)) for t in triangles) for y in range(shape[1])] for x in range(shape[0])
+    ]
+    assert np.array_equal(rasterise(triangles, shape), expected)
+
+
+@given(st.integers(0, 10**6))
+def test_height_clipping_keeps_exactly_the_part_in_range(seed):
+    """A point of a triangle lies in a clipped polygon if and only if its height is in the range."""
+    rng = np.random.default_rng(seed)
+    triangle = rng.uniform(-1, 1, (3, 3))
+    weights = rng.dirichlet(np.ones(3), 200)
+    points = weights @ triangle
+    polygons = [p for part in clip_to_heights(triangle[None], -0.2, 0.4) for p in part]
+    found = distance_to_polygons(points[:, :2], polygons) < 1e-9 if polygons else np.zeros(len(points), dtype=bool)
+    z = points[:, 2]
+    sure = (np.abs(z + 0.2) > 1e-6) & (np.abs(z - 0.4) > 1e-6)
+    assert np.array_equal(found[sure], ((z > -0.2) & (z < 0.4))[sure])
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_free_samples_keep_their_distance_and_blocked_ones_are_near(seed, tiled):
+    rng = np.random.default_rng(seed)
+    grid = Grid((8, 10, 4), 0.2, tuple(rng.uniform(-1, 1, 2).tolist()), tiled)
+    low = rng.uniform(-0.2, 1.6, 2) + grid.origin
+    obstacle = box_triangles((*low, 0), (*(low + rng.uniform(0.02, 0.5, 2)), 2))
+    radius = float(rng.uniform(0, 0.5))
+    clipped = clip_to_heights(obstacle, 0.1, 1.8)
+    near = samples_within(grid, clipped, radius)
+    repeats = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)] if tiled else [(0, 0)]
+    polygons = [p + np.array(r) * grid.size for part in clipped for p in part for r in repeats]
+    points = rng.uniform(0, 1, (3000, 2)) * grid.size + grid.origin
+    sample = np.floor((points - grid.origin) / grid.sample_size).astype(int)
+    distance = distance_to_polygons(points, polygons)
+    blocked = near[sample[:, 0], sample[:, 1]]
+    assert np.all(distance[~blocked] >= radius - 1e-9)
+    # Not too careful either: what is blocked is at most two diagonals of a sample farther off than the radius.
+    assert np.all(distance[blocked] <= radius + 2 * np.sqrt(2) * grid.sample_size + 1e-9)
+
+
+def test_what_can_be_stepped_on_or_walked_under_is_no_obstacle():
+    grid = Grid((20, 20, 8), 0.1)
+    settings = EnvironmentSettings(radius=0.1, step_height=0.05, head_height=1.9)
+    rug = box_triangles((0.5, 0.5, 0), (1, 1, 0.04))
+    lintel = box_triangles((0.5, 0.5, 2.0), (1, 1, 2.4))
+    table = box_triangles((0.5, 0.5, 0.7), (1, 1, 0.75))
+    assert not build_environment(grid, rug, settings=settings).blocked.any()
+    assert not build_environment(grid, lintel, settings=settings).blocked.any()
+    assert build_environment(grid, table, settings=settings).blocked.any()
+
+
+def test_regions_rule_where_frames_may_be_played():
+    grid = Grid((10, 10, 4), 0.2)
+    shape = box_triangles((0.8, 0.8, 0), (1.2, 1.2, 0.3))
+    inside, outside = (SUBDIVISION * 5, SUBDIVISION * 5), (1, 1)
+    expected = {  # rule: (untagged inside, tagged inside, untagged outside, tagged outside)
+        RegionRule.REQUIRE: (False, True, True, True),
+        RegionRule.FORBID: (True, False, True, True),
+        RegionRule.CONFINE: (True, True, True, False),
+    }
+    for rule, free in expected.items():
+        environment = build_environment(grid, np.empty((0, 3, 3)), [Region("step", rule, "step", shape)])
+        plain, tagged = environment.free_samples([]), environment.free_samples(["step"])
+        assert (plain[inside], tagged[inside], plain[outside], tagged[outside]) == free, rule
+        assert np.array_equal(environment.free_samples(["other"]), plain)
+
+
+@given(st.integers(0, 10**6))
+def test_region_masks_are_rounded_to_their_safe_side(seed):
+    rng = np.random.default_rng(seed)
+    grid = Grid((8, 8, 4), 0.25)
+    triangle = np.column_stack([rng.uniform(0, 2, (3, 2)), np.zeros(3)])
+    points = rng.uniform(0, 2, (2000, 2))
+    sample = tuple(np.floor(points / grid.sample_size).astype(int).T)
+    within = distance_to_polygons(points, [triangle[:, :2]])
+    margin = float(rng.uniform(0, 0.3))
+    environment = build_environment(
+        grid, np.empty((0, 3, 3)), [Region("r", RegionRule.REQUIRE, "a", triangle[None], margin)]
+    )
+    assert np.all(within[~environment.regions[0].mask[sample]] >= margin - 1e-9)
+    try:
+        confined = build_environment(grid, np.empty((0, 3, 3)), [Region("r", RegionRule.CONFINE, "a", triangle[None])])
+    except SceneError:  # a triangle too thin to hold a sample
+        return
+    assert np.all(within[confined.regions[0].mask[sample]] <= 1e-9)
+
+
+def test_grid_over_rectangle():
+    grid = Grid.over_rectangle((-3.5, -4), (3.5, 4), 0.125, 24)
+    assert grid.shape == (56, 64, 24)
+    assert np.allclose(grid.positions([0, 0]), [-3.5 + 0.0625, -4 + 0.0625])
+    assert np.array_equal(grid.cells(grid.positions([[3, 60], [70, -2]])), [[3, 60], [70, -2]])
+    narrow = Grid.over_rectangle((0, 0), (1.05, 1.0), 0.1, 8)
+    assert narrow.shape == (10, 10, 8)
+    assert narrow.origin[0] == pytest.approx(0.025)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Grid.over_rectangle((0, 0), (0, 5), 0.1, 8), "empty"),
+        (lambda: Grid.over_rectangle((0, 0), (0.05, 5), 0.1, 8), "smaller than one cell"),
+        (lambda: Grid.over_rectangle((0, 0), (5, 5), 0, 8), "positive"),
+        (lambda: Grid.over_rectangle((0, 0), (5.05, 5), 0.1, 8, tiled=True), "whole number of cells"),
+        (lambda: Grid.over_rectangle((0, np.nan), (5, 5), 0.1, 8), "empty"),
+        (lambda: Grid((4, 4, 0), 0.1), "at least one"),
+        (lambda: build_environment(Grid((4, 4, 4), 0.1), np.full((1, 3, 3), np.nan)), "not a number"),
+        (
+            lambda: build_environment(Grid((4, 4, 4), 0.1), [], settings=EnvironmentSettings(radius=-1)),
+            "radius",
+        ),
+        (
+            lambda: build_environment(
+                Grid((4, 4, 4), 0.1), [], [Region("Far Away", RegionRule.FORBID, "a", np.full((1, 3, 3), 50.0))]
+            ),
+            "Far Away",
+        ),
+        (lambda: Environment(Grid((4, 4, 4), 0.1), np.zeros((4, 4), dtype=bool)), "needs"),
+    ],
+)
+def test_bad_input_is_refused_with_a_sentence(make, message):
+    with pytest.raises(SceneError, match=message):
+        make()
