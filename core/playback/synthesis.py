@@ -70,7 +70,7 @@ def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str 
 
     path = walk.root_path
     root = _without_heading(as_rotation(rotations[:, 0]), skeleton.forward)
-    rotations[:, 0] = as_quaternions(Rotation.from_euler("z", path[:, 2]) * root, (n_frames,))
+    rotations[:, 0] = as_quaternions(_about_z(path[:, 2]) * root, (n_frames,))
     translations[:, 0, :2] = path[:, :2]
     return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, tags)
 
@@ -78,7 +78,11 @@ def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str 
 def _without_heading(root: Rotation, forward: np.ndarray) -> Rotation:
     """Root orientations turned about Z so that they face +X: the tilt that is left."""
     facing = root.apply(forward)
-    return Rotation.from_euler("z", -np.arctan2(facing[:, 1], facing[:, 0])) * root
+    return _about_z(-np.arctan2(facing[:, 1], facing[:, 0])) * root
+
+
+def _about_z(angles: np.ndarray) -> Rotation:
+    return Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
 
 
 def _grounded(clip: MotionClip) -> MotionClip:

@@ -1,0 +1,145 @@
+"""Walks: every step is a link of the embedding, and the way is clear in exact geometry."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintSettings
+from core.environment.environment import EnvironmentSettings, build_environment
+from core.environment.grid import Grid
+from core.environment.regions import Region, RegionRule
+from core.errors import WalkError
+from core.playback.walk import LinkReader, nearest_node, random_walk
+
+from .geometry import box_triangles
+from .motion_graphs import recorded_graph, sample_graph
+from .reference import explicit_embedding, random_problem
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_every_step_is_a_link_and_every_link_can_be_taken(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 0)
+    slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
+    links = set(map(tuple, slow.links.tolist()))
+    walk = random_walk(embedding, np.random.default_rng(seed), 10.0)
+    states = walk.states.copy()
+    states[:, :2] %= embedding.shape[:2]
+    index = np.ravel_multi_index(states.T, embedding.shape).tolist()
+    assert all(pair in links for pair in pairwise(index))
+
+    reader, degree = LinkReader(embedding), embedding.out_degree()
+    for node in np.argwhere(embedding.node_mask())[:200].tolist():
+        assert len(reader.stencils_from(tuple(node))) == degree[tuple(node)]
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_the_root_passes_through_every_grid_element(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 0)
+    walk = random_walk(embedding, np.random.default_rng(seed), 5.0)
+    grid = embedding.environment.grid
+    at_seams = walk.root_path[walk.seams]
+    assert np.allclose(at_seams[:, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
+    turned = (at_seams[:, 2] - walk.states[:, 2] * grid.heading_step) / (2 * np.pi)
+    assert np.allclose(turned, np.rint(turned), atol=1e-9)
+    assert walk.duration == pytest.approx(walk.seams[-1] / embedding.graph.frame_rate)
+    assert walk.duration >= 5.0 - 1e-6
+    # No jump anywhere, on a tiled ground neither: steps are as long as those of the clips, plus their edits.
+    longest = max(np.linalg.norm(np.diff(s.path[:, :2], axis=0), axis=1).max() for s in embedding.graph.segments)
+    edit = np.linalg.norm(embedding.unrolling.stencils.position_error, axis=1).max()
+    assert np.linalg.norm(np.diff(walk.root_path[:, :2], axis=0), axis=1).max() <= longest + edit + 1e-9
+
+
+def test_walks_are_repeatable_and_differ_by_seed():
+    embedding = embed(*random_problem(1, True), SETTINGS)
+    walks = [random_walk(embedding, np.random.default_rng(seed), 20.0).states for seed in (1, 1, 2)]
+    assert np.array_equal(walks[0], walks[1])
+    assert not np.array_equal(walks[0], walks[2])
+
+
+# Oriented boxes: centre, half sizes, angle. The last is the step that only "step" frames may cross.
+PILLARS = [((2.0, 2.0), (0.2, 0.25), 0.3), ((5.0, 3.0), (0.15, 0.15), 0.8), ((3.2, 6.0), (0.5, 0.15), -0.4)]
+STEP = ((3.5, 4.3), (3.5, 0.06), 0.0)
+RADIUS, MARGIN = 0.25, 0.12
+
+
+def box_distance(points, box):
+    """(P,) exact distance of points to an oriented box; negative inside."""
+    centre, half, angle = box
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    away = np.abs((points - centre) @ turn) - half
+    return np.linalg.norm(np.maximum(away, 0), axis=1) + np.minimum(away.max(axis=1), 0)
+
+
+def box_mesh(box, height):
+    centre, half, angle = box
+    triangles = box_triangles((-half[0], -half[1], 0), (half[0], half[1], height))
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    return triangles @ turn.T + [*centre, 0]
+
+
+@pytest.fixture(scope="module", params=["sample", "recorded"])
+def room(request):
+    """A 7 x 8 m room with pillars, for both repertoires."""
+    graph = sample_graph() if request.param == "sample" else recorded_graph(request.getfixturevalue("data_folder"))
+    regions = []
+    if request.param == "sample":
+        regions.append(Region("Step", RegionRule.REQUIRE, "step", box_mesh(STEP, 0.2), MARGIN))
+    environment = build_environment(
+        Grid.over_rectangle((0, 0), (7, 8), 0.125, 24),
+        np.concatenate([box_mesh(pillar, 2.2) for pillar in PILLARS]),
+        regions,
+        EnvironmentSettings(radius=RADIUS),
+    )
+    return embed(graph, environment)
+
+
+def test_100_000_steps_without_a_dead_end_or_a_collision(room):
+    frame_rate = room.graph.frame_rate
+    rng = np.random.default_rng(5)
+    steps, crossed = 0, 0
+    while steps < 100_000:
+        walk = random_walk(room, rng, 2000.0)
+        steps += len(walk)
+        path = walk.root_path[:, :2]
+        between = np.concatenate([path, (path[1:] + path[:-1]) / 2])
+        for pillar in PILLARS:
+            assert box_distance(between, pillar).min() >= RADIUS - 1e-9
+        assert np.all((between > 0) & (between < [7, 8]))
+        if room.environment.regions:
+            tagged = np.zeros(len(path), dtype=bool)
+            for i, segment in enumerate(walk.segments):
+                tags = room.graph.segments[segment].tags
+                if "step" in tags:
+                    tagged[walk.seams[i] : walk.seams[i + 1] + 1] |= tags["step"]
+            assert box_distance(path[~tagged], STEP).min() >= MARGIN - 1e-9
+            crossed += np.count_nonzero(np.diff(np.sign(path[:, 1] - STEP[0][1])))
+        assert walk.duration * frame_rate == len(path) - 1
+    if room.environment.regions:
+        assert crossed > 20, "the walks never stepped over the step"
+
+
+def test_nearest_node_is_near(room):
+    node = nearest_node(room, (2.0, 2.0), np.random.default_rng(0))
+    assert room.node_mask()[node]
+    where = room.environment.grid.positions(node[:2])
+    assert RADIUS <= box_distance(where[None], PILLARS[0])[0] < RADIUS + 0.3
+
+
+def test_impossible_walks_say_why(room):
+    rng = np.random.default_rng(0)
+    with pytest.raises(WalkError, match="positive duration"):
+        random_walk(room, rng, 0.0)
+    outside = tuple(np.argwhere(~room.node_mask())[0])
+    with pytest.raises(WalkError, match="no node of the embedding"):
+        random_walk(room, rng, 5.0, start=outside)
+    empty = embed(*random_problem(next(s for s in range(99) if not embed(*random_problem(s, False)).n_nodes), False))
+    with pytest.raises(WalkError, match="empty"):
+        random_walk(empty, rng, 5.0)
