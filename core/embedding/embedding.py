@@ -11,8 +11,9 @@ from ..environment.environment import Environment
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish
-from .component import StepNetwork, largest_component_steps
+from .component import largest_component_steps
 from .footprint import FootprintSettings
+from .network import StepNetwork
 from .stencil import build_stencils
 from .unroll import Unrolling, unroll_steps
 
@@ -202,8 +203,9 @@ def embed_steps(
     _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
     unrolling = yield from _scaled(unroll_steps(graph.segments, stencils, environment), 0.0, 0.6)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
-    planes = yield from _scaled(largest_component_steps(network), 0.6, 1.0)
-    return Embedding(graph, environment, settings, unrolling, tuple(planes))
+    nodes = yield from _scaled(largest_component_steps(network), 0.6, 1.0)
+    planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
+    return Embedding(graph, environment, settings, unrolling, planes)
 
 
 def embed(graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None) -> Embedding:

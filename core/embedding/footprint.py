@@ -41,11 +41,15 @@ class FootprintSettings:
 
 
 @dataclass(frozen=True)
-class Footprint:
-    """The footprint of one segment from one heading, relative to the start cell; all arrays have length n.
+class Footprints:
+    """The footprints of one segment from every heading, relative to the start cell; all arrays have length n.
+
+    Ordered by heading, dx, dy, turn.
 
     Attributes
     ----------
+    heading : int array
+        Heading index at the start.
     dx, dy : int arrays
         Cells from the start to the destination.
     turn : int array
@@ -56,6 +60,7 @@ class Footprint:
         Radians: destination heading minus the segment's own final heading.
     """
 
+    heading: np.ndarray
     dx: np.ndarray
     dy: np.ndarray
     turn: np.ndarray
@@ -88,25 +93,24 @@ def rotated_path(segment: MotionSegment, angle: float) -> np.ndarray:
     return segment.path[:, :2] @ np.array([[cosine, sine], [-sine, cosine]])
 
 
-def footprint(segment: MotionSegment, heading: int, grid: Grid, settings: FootprintSettings) -> Footprint:
-    """The footprint of ``segment`` played from heading index ``heading``.
+def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> Footprints:
+    """The footprints of ``segment`` from all headings.
 
-    Destinations are ordered by dx, dy, turn. Under SNAP the nearest cell and heading are always among them.
+    Under SNAP each holds the nearest cell and the nearest heading, whatever the limits.
     """
     length = path_length(segment)
-    end = rotated_path(segment, heading * grid.heading_step)[-1]
     snap = settings.rule is FootprintRule.SNAP
 
     radius = settings.position_base + settings.position_rate * length
-    nearest = np.floor(end / grid.cell_size + 0.5).astype(int)
+    ends = np.stack([rotated_path(segment, k * grid.heading_step)[-1] for k in range(grid.n_headings)])
+    nearest = np.floor(ends / grid.cell_size + 0.5).astype(int)
     span = int(np.ceil(radius / grid.cell_size))
     around = np.arange(-span, span + 1)
-    cells = nearest + np.stack(np.meshgrid(around, around, indexing="ij"), axis=-1).reshape(-1, 2)
-    error = cells * grid.cell_size - end
-    kept = np.hypot(error[:, 0], error[:, 1]) <= radius
+    cells = nearest[:, None] + np.stack(np.meshgrid(around, around, indexing="ij"), axis=-1).reshape(-1, 2)
+    error = cells * grid.cell_size - ends[:, None]
+    kept = np.hypot(error[..., 0], error[..., 1]) <= radius
     if snap:
-        kept |= np.all(cells == nearest, axis=1)
-    cells, error = cells[kept], error[kept]
+        kept[:, len(around) * span + span] = True
 
     turn = float(segment.path[-1, 2])
     tolerance = settings.heading_base + settings.heading_rate * length
@@ -116,17 +120,18 @@ def footprint(segment: MotionSegment, heading: int, grid: Grid, settings: Footpr
     below, above = min(span, (grid.n_headings - 1) // 2), min(span, grid.n_headings // 2)
     turns = np.arange(nearest_turn - below, nearest_turn + above + 1)
     turn_error = turns * grid.heading_step - turn
-    kept = np.abs(turn_error) <= tolerance
+    close = np.abs(turn_error) <= tolerance
     if snap:
-        kept |= turns == nearest_turn
-    turns, turn_error = turns[kept], turn_error[kept]
+        close[below] = True
 
-    return Footprint(
-        dx=np.repeat(cells[:, 0], len(turns)),
-        dy=np.repeat(cells[:, 1], len(turns)),
-        turn=np.tile(turns, len(cells)),
-        position_error=np.repeat(error, len(turns), axis=0),
-        heading_error=np.tile(turn_error, len(cells)),
+    heading, cell, which = np.nonzero(kept[:, :, None] & close)
+    return Footprints(
+        heading=heading,
+        dx=cells[heading, cell, 0],
+        dy=cells[heading, cell, 1],
+        turn=turns[which],
+        position_error=error[heading, cell],
+        heading_error=turn_error[which],
     )
 
 

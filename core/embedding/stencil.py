@@ -11,7 +11,7 @@ import numpy as np
 
 from ..environment.grid import SUBDIVISION, Grid
 from ..motion.graph import MotionSegment
-from .footprint import FootprintSettings, edit_profile, footprint, rotated_path
+from .footprint import FootprintSettings, edit_profile, footprints, rotated_path
 
 
 @dataclass(frozen=True)
@@ -53,21 +53,15 @@ class Stencils:
 
 def build_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: FootprintSettings) -> Stencils:
     """The stencils of all segments from all headings."""
-    keys, footprints = [], []
-    for index, segment in enumerate(segments):
-        for heading in range(grid.n_headings):
-            keys.append((index, heading))
-            footprints.append(footprint(segment, heading, grid, settings))
-    sizes = [len(f.dx) for f in footprints]
-    segment, heading = np.repeat(np.array(keys, dtype=int).reshape(-1, 2), sizes, axis=0).T
+    parts = [footprints(segment, grid, settings) for segment in segments]
     return Stencils(
-        segment=segment,
-        heading=heading,
-        dx=np.concatenate([f.dx for f in footprints]),
-        dy=np.concatenate([f.dy for f in footprints]),
-        turn=np.concatenate([f.turn for f in footprints]),
-        position_error=np.concatenate([f.position_error for f in footprints]),
-        heading_error=np.concatenate([f.heading_error for f in footprints]),
+        segment=np.repeat(np.arange(len(parts)), [len(part.dx) for part in parts]),
+        heading=np.concatenate([part.heading for part in parts]),
+        dx=np.concatenate([part.dx for part in parts]),
+        dy=np.concatenate([part.dy for part in parts]),
+        turn=np.concatenate([part.turn for part in parts]),
+        position_error=np.concatenate([part.position_error for part in parts]),
+        heading_error=np.concatenate([part.heading_error for part in parts]),
         n_headings=grid.n_headings,
     )
 

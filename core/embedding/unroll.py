@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,35 +52,57 @@ def unroll_steps(
         max((int(np.abs(s.y // SUBDIVISION).max()) for s in swept), default=0),
         grid.tiled,
     )
-    free = [_phase_planes(environment.free_samples(tags), layout) for tags in classes]
+    spaces = [_FreeSpace(environment.free_samples(tags), layout) for tags in classes]
     valid = [0] * len(stencils)
     for done, samples in enumerate(swept):
         yield Progress(0.4 + 0.6 * done / len(swept), "Checking paths")
-        _check(samples, free, layout, valid)
+        _check(samples, spaces, layout, valid)
     return Unrolling(layout, stencils, tuple(valid))
 
 
-def _phase_planes(free: np.ndarray, layout: PlaneLayout) -> list[int]:
-    """The (4 nx, 4 ny) mask as one plane for each place of a sample within its cell, x first."""
-    return [
-        layout.extend(layout.pack(free[x::SUBDIVISION, y::SUBDIVISION]))
-        for x in range(SUBDIVISION)
-        for y in range(SUBDIVISION)
-    ]
+class _FreeSpace:
+    """Planes of the cells in which a given part of the cell is free.
+
+    A part is a set of samples, as bits of an integer: a path passes through a cell in one of a few hundred ways, over
+    and over again, and each needs to be looked up only once.
+    """
+
+    def __init__(self, free: np.ndarray, layout: PlaneLayout):
+        self._sample = [
+            layout.extend(layout.pack(free[x::SUBDIVISION, y::SUBDIVISION]))
+            for x in range(SUBDIVISION)
+            for y in range(SUBDIVISION)
+        ]
+        self._part: dict[int, int] = {}
+
+    def plane(self, part: int) -> int:
+        plane = self._part.get(part)
+        if plane is None:
+            plane = -1
+            for sample, space in enumerate(self._sample):
+                if part >> sample & 1:
+                    plane &= space
+            self._part[part] = plane
+        return plane
 
 
-def _check(samples: SweptSamples, free: list[list[int]], layout: PlaneLayout, valid: list[int]) -> None:
-    """Set ``valid`` for the stencils of ``samples``: an AND of free-space planes, one for each sample on the way."""
-    phase = (samples.x % SUBDIVISION) * SUBDIVISION + samples.y % SUBDIVISION
-    shift = layout.shift(samples.x // SUBDIVISION, samples.y // SUBDIVISION)
-    shown = np.unique(samples.stencil, return_index=True)
-    bounds = [*shown[1].tolist(), len(phase)]
-    checks = list(zip(samples.tag_class.tolist(), phase.tolist(), shift.tolist(), strict=True))
-    for stencil, start, stop in zip(shown[0].tolist(), bounds, bounds[1:], strict=False):
+def _check(samples: SweptSamples, spaces: list[_FreeSpace], layout: PlaneLayout, valid: list[int]) -> None:
+    """Set ``valid`` for the stencils of ``samples``: an AND of free-space planes, one for each cell on the way."""
+    keys = np.stack([samples.stencil, samples.tag_class, samples.x // SUBDIVISION, samples.y // SUBDIVISION])
+    bit = 1 << ((samples.x % SUBDIVISION) * SUBDIVISION + samples.y % SUBDIVISION)
+    order = np.lexsort(keys[::-1])
+    keys = keys[:, order]
+    first = np.flatnonzero(np.append(True, np.any(np.diff(keys, axis=1) != 0, axis=0)))
+    part = np.bitwise_or.reduceat(bit[order], first).tolist()
+    stencil, tag_class, cell_x, cell_y = keys[:, first]
+    shift = layout.shift(cell_x, cell_y).tolist()
+    bounds = [*np.flatnonzero(np.diff(stencil, prepend=-1)).tolist(), len(stencil)]
+    space_of = [spaces[c] for c in tag_class.tolist()]
+    for start, stop in pairwise(bounds):
         plane = layout.ground
-        for tag_class, place, moved in checks[start:stop]:
-            space = free[tag_class][place]
+        for i in range(start, stop):
+            space, moved = space_of[i].plane(part[i]), shift[i]
             plane &= space >> moved if moved >= 0 else space << -moved
             if not plane:
                 break
-        valid[stencil] = plane
+        valid[stencil[start]] = plane

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from core.embedding.embedding import EmbeddingSettings
-from core.embedding.footprint import edit_profile, footprint, rotated_path
+from core.embedding.footprint import edit_profile, footprints, rotated_path
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.regions import RegionMask, RegionRule
@@ -99,26 +99,16 @@ def explicit_embedding(graph: MotionGraph, environment: Environment, settings: E
     parents = [graph.links[graph.links[:, 1] == s, 0].tolist() for s in range(len(graph.segments))]
     links = []
     for s, segment in enumerate(graph.segments):
-        for heading in range(n_headings):
-            targets = footprint(segment, heading, grid, settings.footprint)
-            for i in range(len(targets.dx)):
-                dx, dy = int(targets.dx[i]), int(targets.dy[i])
-                way = path_samples(segment, heading, dx, dy, targets.position_error[i], grid)
-                for x in range(nx):
-                    for y in range(ny):
-                        if all(
-                            point_free(environment, tags, (x * SUBDIVISION + u, y * SUBDIVISION + v))
-                            for tags, (u, v) in way
-                        ):
-                            end = (
-                                (x + dx) % nx,
-                                (y + dy) % ny,
-                                (heading + int(targets.turn[i])) % n_headings,
-                                s,
-                            )
-                            for parent in parents[s]:
-                                start = (x, y, heading, parent)
-                                links.append((np.ravel_multi_index(start, shape), np.ravel_multi_index(end, shape)))
+        targets = footprints(segment, grid, settings.footprint)
+        for i in range(len(targets.dx)):
+            heading, dx, dy, turn = (int(a[i]) for a in (targets.heading, targets.dx, targets.dy, targets.turn))
+            way = path_samples(segment, heading, dx, dy, targets.position_error[i], grid)
+            for x, y in np.ndindex(nx, ny):
+                u, v = x * SUBDIVISION, y * SUBDIVISION
+                if all(point_free(environment, tags, (u + du, v + dv)) for tags, (du, dv) in way):
+                    end = np.ravel_multi_index(((x + dx) % nx, (y + dy) % ny, (heading + turn) % n_headings, s), shape)
+                    for parent in parents[s]:
+                        links.append((np.ravel_multi_index((x, y, heading, parent), shape), end))
     links = np.array(links, dtype=np.int64).reshape(-1, 2)
     n = int(np.prod(shape))
     matrix = sparse.csr_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(n, n))

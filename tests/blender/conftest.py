@@ -1,0 +1,86 @@
+"""Makes Wayfarer available as Blender would: linked into the user's extensions and enabled.
+
+Test modules import it by the name that it has there, ``from bl_ext.user_default.wayfarer.addon import ...``
+(never ``core`` or ``addon``: the same class would exist twice), and find an empty scene at each test's start.
+"""
+
+import importlib
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from dev import link_extension
+
+EXTENSION = "bl_ext.user_default.wayfarer"
+
+_own_resources = None
+if "BLENDER_USER_RESOURCES" not in os.environ:
+    _own_resources = tempfile.mkdtemp(prefix="wayfarer-blender-")
+    os.environ["BLENDER_USER_RESOURCES"] = _own_resources
+link_extension(Path(os.environ["BLENDER_USER_RESOURCES"]))
+
+# Blender reads BLENDER_USER_RESOURCES once, when it starts: that is this import.
+import bpy  # noqa: E402  (only now, see above)
+
+# isort: split
+import addon_utils  # noqa: E402  (importable once bpy is)
+
+
+def enable_extension():
+    """Enable the extension and return its root package; an error while it registers is raised."""
+
+    def fail(error):
+        raise error
+
+    addon_utils.enable(EXTENSION, default_set=True, handle_error=fail)
+    return importlib.import_module(EXTENSION)
+
+
+def disable_extension():
+    """Disable the extension; an error while it unregisters is raised."""
+
+    def fail(error):
+        raise error
+
+    addon_utils.disable(EXTENSION, default_set=True, handle_error=fail)
+
+
+# Now, because test modules import from it.
+enable_extension()
+
+
+@pytest.fixture(autouse=True)
+def empty_scene():
+    """Start each test in an empty file; unlike factory settings, this keeps extensions enabled."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+
+
+@pytest.fixture
+def wayfarer():
+    """The extension's root package, enabled during the test and after it."""
+    yield importlib.import_module(EXTENSION)
+    if not addon_utils.check(EXTENSION)[1]:
+        enable_extension()
+
+
+_exit_code = None
+
+
+def pytest_sessionfinish(session, exitstatus):
+    global _exit_code
+    _exit_code = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    """Leave without Python's own ending, in which Blender 4.5 hangs while classes are registered."""
+    if _own_resources is not None:
+        shutil.rmtree(_own_resources, ignore_errors=True)
+    if _exit_code is not None:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_exit_code)
