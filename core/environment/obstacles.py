@@ -116,8 +116,8 @@ def samples_within(grid: Grid, polygons: list[np.ndarray], distance: float) -> n
     margin = int(np.ceil(distance / grid.sample_size)) + 2
     occupied = occupied_samples(grid, polygons, margin)
     if distance > 0 and occupied.any():
-        grown = ndimage.binary_dilation(occupied, np.ones((3, 3), dtype=bool))
-        clearance = ndimage.distance_transform_edt(~grown) * grid.sample_size
+        apart = np.asarray(ndimage.binary_erosion(~occupied, np.ones((3, 3), dtype=bool), border_value=True))
+        clearance = np.asarray(ndimage.distance_transform_edt(apart)) * grid.sample_size
         # A hair of tolerance on the safe side, against rounding in the distance itself.
         occupied = occupied | (clearance < distance * (1 + 1e-9))
     return occupied[margin:-margin, margin:-margin]

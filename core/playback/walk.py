@@ -10,6 +10,9 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
 from ..errors import WalkError
 
+#: x, y, heading, segment; x and y go on beyond a tiled ground.
+Node = tuple[int, int, int, int]
+
 
 @dataclass(frozen=True)
 class Walk:
@@ -93,7 +96,16 @@ class LinkReader:
         )
         self._bytes: dict[tuple[bool, int], bytes] = {}
 
-    def stencils_from(self, state: tuple[int, int, int, int]) -> list[int]:
+    def is_node(self, node: Node) -> bool:
+        """Whether (x, y, heading, segment) is a node of the embedding; x and y may be unwrapped on a tiled ground."""
+        nx, ny, n_headings, n_segments = self.embedding.shape
+        x, y, heading, segment = node
+        if self.embedding.environment.grid.tiled:
+            x, y = x % nx, y % ny
+        inside = 0 <= x < nx and 0 <= y < ny and 0 <= heading < n_headings and 0 <= segment < n_segments
+        return inside and self._is_set(False, segment * n_headings + heading, self._layout.bit(x, y))
+
+    def stencils_from(self, state: Node) -> list[int]:
         """Stencils of all links from the node (x, y, heading, segment); x and y may be unwrapped."""
         nx, ny, n_headings, _ = self.embedding.shape
         x, y, heading, segment = state
@@ -107,7 +119,7 @@ class LinkReader:
                         found.append(k)
         return found
 
-    def follow(self, state: tuple[int, int, int, int], stencil: int) -> tuple[int, int, int, int]:
+    def follow(self, state: Node, stencil: int) -> Node:
         """The node at the other end of a link; x and y go on beyond a tiled ground."""
         dx, dy, heading, segment = self._step[stencil]
         return state[0] + dx, state[1] + dy, heading, segment
@@ -122,7 +134,7 @@ class LinkReader:
         return bool(raw[bit >> 3] >> (bit & 7) & 1)
 
 
-def random_node(embedding: Embedding, rng: np.random.Generator) -> tuple[int, int, int, int]:
+def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
     """A node (x, y, heading, segment), each with the same probability; WalkError if the embedding is empty."""
     if embedding.n_nodes == 0:
         raise WalkError(
@@ -137,7 +149,7 @@ def random_node(embedding: Embedding, rng: np.random.Generator) -> tuple[int, in
     return int(x), int(y), heading, segment
 
 
-def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> tuple[int, int, int, int]:
+def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> Node:
     """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
     random_node(embedding, rng)  # refuses an empty embedding
     covered = embedding.node_mask().any(axis=(2, 3))
@@ -152,7 +164,7 @@ def random_walk(
     embedding: Embedding,
     rng: np.random.Generator,
     duration: float,
-    start: tuple[int, int, int, int] | None = None,
+    start: Node | None = None,
 ) -> Walk:
     """A random walk of at least ``duration`` seconds that takes each outgoing link with the same probability.
 
@@ -170,14 +182,14 @@ def random_walk(
     """
     if not (np.isfinite(duration) and duration > 0):
         raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
-    state = random_node(embedding, rng) if start is None else tuple(int(v) for v in start)
     reader = LinkReader(embedding)
+    state = random_node(embedding, rng) if start is None else start
+    if not reader.is_node(state):
+        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
     segments, frame_rate = embedding.graph.segments, embedding.graph.frame_rate
     states, stencils, frames = [state], [], 0
     while frames < duration * frame_rate - 1e-6:
         choices = reader.stencils_from(state)
-        if not choices:
-            raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
         stencil = choices[int(rng.integers(len(choices)))]
         state = reader.follow(state, stencil)
         frames += segments[state[3]].n_frames - 1

@@ -15,8 +15,10 @@ def distance_to_segments(points, a, b):
 
 def inside_polygon(points, corners):
     """(P,) bool: points inside a convex polygon (k, 2), border included."""
-    sides = [np.cross(corners[i] - corners[i - 1], points - corners[i - 1]) for i in range(len(corners))]
-    return np.all(np.array(sides) >= 0, axis=0) | np.all(np.array(sides) <= 0, axis=0)
+    start, run = np.roll(corners, 1, axis=0), corners - np.roll(corners, 1, axis=0)
+    away = points[:, None] - start
+    side = run[:, 0] * away[..., 1] - run[:, 1] * away[..., 0]
+    return np.all(side >= 0, axis=1) | np.all(side <= 0, axis=1)
 
 
 def distance_to_polygons(points, polygons):

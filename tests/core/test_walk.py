@@ -137,7 +137,7 @@ def test_impossible_walks_say_why(room):
     rng = np.random.default_rng(0)
     with pytest.raises(WalkError, match="positive duration"):
         random_walk(room, rng, 0.0)
-    outside = tuple(np.argwhere(~room.node_mask())[0])
+    outside = tuple(np.argwhere(~room.node_mask())[0].tolist())
     with pytest.raises(WalkError, match="no node of the embedding"):
         random_walk(room, rng, 5.0, start=outside)
     empty = embed(*random_problem(next(s for s in range(99) if not embed(*random_problem(s, False)).n_nodes), False))
