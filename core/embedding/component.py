@@ -19,8 +19,8 @@ def largest_component_steps(network: StepNetwork) -> Generator[Progress, None, N
 
     Of components of equal size, the one that holds the lowest node in order of x, y, heading, segment.
     """
-    best, best_size = network.nothing(), 0
-    everything = network.trim([network.everywhere()] * network.n_segments)
+    everything = network.trim(network.everything())
+    best, best_size = [0] * len(everything), 0
     total = count(everything)
     rests = [(total, everything)]
     while rests:
@@ -57,21 +57,22 @@ def _pivot(network: StepNetwork, nodes: Nodes) -> Nodes:
     Of the segment with the most ways in and out: in a heading and on a cell that many other segments share, in the
     middle of all such cells, far from the dead ends along the walls.
     """
+    n_blocks = network.n_blocks
     degree = [len(parents) * len(children) for parents, children in zip(network.parents, network.children, strict=True)]
     order = sorted(
-        (segment for segment, bundle in enumerate(nodes) if bundle),
-        key=lambda segment: (-degree[segment] * nodes[segment].bit_count(), segment),
+        (index for index, bundle in enumerate(nodes) if bundle),
+        key=lambda index: (-degree[index // n_blocks] * nodes[index].bit_count(), index),
     )
+    segment, block = divmod(order[0], n_blocks)
     shared = nodes[order[0]]
-    for segment in order[1:]:
-        shared = (shared & nodes[segment]) or shared
+    for index in order[1:]:
+        if index % n_blocks == block:
+            shared = (shared & nodes[index]) or shared
     planes = network.planes(shared)
-    heading = max(range(network.n_headings), key=lambda k: planes[k].bit_count())
-    cells = network.layout.cells(planes[heading])
+    place = max(range(len(planes)), key=lambda k: planes[k].bit_count())
+    cells = network.layout.cells(planes[place])
     x, y = cells[np.argmin(np.square(cells - cells.mean(axis=0)).sum(axis=1))].tolist()
-    pivot = network.nothing()
-    pivot[order[0]] = 1 << (heading * network.plane_bytes * 8 + network.layout.bit(x, y))
-    return pivot
+    return network.node(segment, block * network.bundled + place, x, y)
 
 
 def _has_cycle(network: StepNetwork, component: Nodes) -> bool:
@@ -81,10 +82,11 @@ def _has_cycle(network: StepNetwork, component: Nodes) -> bool:
 
 def _first_node(network: StepNetwork, nodes: Nodes) -> tuple[int, int, int]:
     """(bit of the cell, heading, segment) of the lowest node of a set, in order of x, y, heading, segment."""
+    bundled, n_blocks = network.bundled, network.n_blocks
     return min(
-        ((plane & -plane).bit_length(), heading, segment)
-        for segment, bundle in enumerate(nodes)
+        ((plane & -plane).bit_length(), index % n_blocks * bundled + place, index // n_blocks)
+        for index, bundle in enumerate(nodes)
         if bundle
-        for heading, plane in enumerate(network.planes(bundle))
+        for place, plane in enumerate(network.planes(bundle))
         if plane
     )

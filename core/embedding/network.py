@@ -1,8 +1,9 @@
 """The links of an unrolled motion graph as moves of whole bit-planes.
 
-Nodes are (cell, heading, segment). A set of nodes is a list with one *bundle* for each segment: the planes of all
-headings side by side in one integer. What concerns all headings alike - "whoever arrived by a parent may start a
-child" - is then one operation for a segment, not one for each heading.
+Nodes are (cell, heading, segment). A set of nodes is a list of *bundles*: the planes of one segment and of several
+neighbouring headings, side by side in one integer. What concerns all headings alike - "whoever arrived by a parent may
+start a child" - is then one operation for many planes. On small grounds, where an operation costs more than the bits
+it moves, a bundle holds all headings; on large ones, where packing would cost more than it saves, just one.
 
 A link's validity depends on the cell it starts from and on the segment that is played, not on the one before. The
 *starts* of a segment are therefore the arrivals of all its parents, ORed. Segments with the same parents share their
@@ -17,8 +18,11 @@ import numpy as np
 
 from .unroll import Unrolling
 
-#: A set of nodes: one bundle of planes for each segment.
+#: A set of nodes: bundles of planes, indexed segment * n_blocks + block of headings.
 Nodes = list[int]
+
+#: Planes of up to this many bytes travel in bundles of all headings, larger ones alone.
+BUNDLED_BYTES = 4096
 
 
 class StepNetwork:
@@ -38,6 +42,8 @@ class StepNetwork:
         self.n_headings = stencils.n_headings
         self.n_segments = n_segments
         self.plane_bytes = (self.layout.n_bits + 7) // 8
+        self.bundled = self.n_headings if self.plane_bytes <= BUNDLED_BYTES else 1
+        self.n_blocks = self.n_headings // self.bundled
 
         follows = np.zeros((n_segments, n_segments), dtype=bool)
         follows[links[:, 0], links[:, 1]] = True
@@ -52,75 +58,111 @@ class StepNetwork:
         self.members_of_merge = _members(self.merge_of, len(rows))
         self.members_of_fork = _members(self.fork_of, len(columns))
 
-        # moves[segment]: (start heading, destination heading, shift, valid starts)
-        self.moves: list[list[tuple[int, int, int, int]]] = [[] for _ in range(n_segments)]
-        shifts = self.layout.shift(stencils.dx, stencils.dy)
+        # moves[segment * n_blocks + block]: (place of the start heading in its block, destination heading, shift,
+        # valid starts); arriving[...]: the same for the block of the destination, with the two headings swapped.
+        self.moves: list[list[tuple[int, int, int, int]]] = [[] for _ in range(n_segments * self.n_blocks)]
+        self.arriving: list[list[tuple[int, int, int, int]]] = [[] for _ in range(n_segments * self.n_blocks)]
         rows = zip(
             stencils.segment.tolist(),
             stencils.heading.tolist(),
             stencils.destination_heading.tolist(),
-            shifts.tolist(),
+            self.layout.shift(stencils.dx, stencils.dy).tolist(),
             unrolling.valid,
             strict=True,
         )
         for segment, heading, turned, shift, valid in rows:
             if valid:
-                self.moves[segment].append((heading, turned, shift, valid))
+                block, place = divmod(heading, self.bundled)
+                self.moves[segment * self.n_blocks + block].append((place, turned, shift, valid))
+                block, place = divmod(turned, self.bundled)
+                self.arriving[segment * self.n_blocks + block].append((place, heading, shift, valid))
 
-    def bundle(self, planes: Iterable[int]) -> int:
-        """The planes of all headings in one integer."""
+    def bundles(self, planes: list[int]) -> list[int]:
+        """The planes of any number of whole blocks as bundles."""
+        if self.bundled == 1:
+            return planes
         size = self.plane_bytes
-        return int.from_bytes(b"".join([plane.to_bytes(size, "little") for plane in planes]), "little")
+        return [
+            int.from_bytes(
+                b"".join([plane.to_bytes(size, "little") for plane in planes[i : i + self.bundled]]), "little"
+            )
+            for i in range(0, len(planes), self.bundled)
+        ]
 
     def planes(self, bundle: int) -> list[int]:
-        """The plane of each heading."""
+        """The plane of each heading of a bundle."""
+        if self.bundled == 1:
+            return [bundle]
         size = self.plane_bytes
-        raw = bundle.to_bytes(size * self.n_headings, "little")
+        raw = bundle.to_bytes(size * self.bundled, "little")
         return [int.from_bytes(raw[i : i + size], "little") for i in range(0, len(raw), size)]
 
-    def everywhere(self) -> int:
-        """The bundle of every cell of the ground in every heading."""
-        return self.bundle([self.layout.ground] * self.n_headings)
+    def node(self, segment: int, heading: int, x: int, y: int) -> Nodes:
+        """The set of one node."""
+        planes = [0] * (self.n_segments * self.n_headings)
+        planes[segment * self.n_headings + heading] = 1 << self.layout.bit(x, y)
+        return self.bundles(planes)
 
-    def nothing(self) -> Nodes:
-        """The empty set."""
-        return [0] * self.n_segments
+    def everything(self) -> Nodes:
+        """The set of all cells, headings and segments."""
+        return self._everywhere(self.n_segments)
 
-    def arrivals(self, segment: int, starts: int) -> int:
-        """Bundle of where ``segment`` can end when it is played from the ``starts``."""
+    def _everywhere(self, n: int) -> list[int]:
+        """For each of n segments, forks or merges: the bundles of every cell in every heading."""
+        return self.bundles([self.layout.ground] * self.bundled) * (n * self.n_blocks)
+
+    def arrivals(self, segment: int, block: int, starts: int) -> list[int]:
+        """For each block, the bundle of where ``segment`` can end when it is played from the ``starts`` of a block."""
         planes = self.planes(starts)
         landed = [0] * self.n_headings
-        for heading, turned, shift, valid in self.moves[segment]:
-            moving = planes[heading] & valid
+        for place, turned, shift, valid in self.moves[segment * self.n_blocks + block]:
+            moving = planes[place] & valid
             if moving:
                 landed[turned] |= moving << shift if shift >= 0 else moving >> -shift
         if self.layout.tiled:
             landed = [self.layout.fold(plane) for plane in landed]
-        return self.bundle(landed)
+        return self.bundles(landed)
 
-    def playable(self, segment: int, ends: int) -> int:
-        """Bundle of the starts from which ``segment`` can end in one of ``ends``."""
+    def playable(self, segment: int, block: int, ends: int) -> list[int]:
+        """For each block, the bundle of the starts from which ``segment`` can end in one of the ``ends`` of a block."""
         planes = self.planes(ends)
         if self.layout.tiled:
             planes = [self.layout.extend(plane) for plane in planes]
         able = [0] * self.n_headings
-        for heading, turned, shift, valid in self.moves[segment]:
-            there = planes[turned]
+        for place, heading, shift, valid in self.arriving[segment * self.n_blocks + block]:
+            there = planes[place]
             if there:
                 able[heading] |= valid & (there >> shift if shift >= 0 else there << -shift)
-        return self.bundle(able)
+        return self.bundles(able)
 
     def image(self, nodes: Nodes) -> Nodes:
         """All nodes that one link leads to from ``nodes``."""
-        merged = [_union(nodes[s] for s in members) for members in self.members_of_merge]
-        starts = [_union(merged[m] for m in before) for before in self.merges_before]
-        return [self.arrivals(segment, starts[fork]) for segment, fork in enumerate(self.fork_of)]
+        n_blocks = self.n_blocks
+        image = [0] * len(nodes)
+        for fork, members in enumerate(self.members_of_fork):
+            parents = [p for merge in self.merges_before[fork] for p in self.members_of_merge[merge]]
+            for block in range(n_blocks):
+                starts = _union(nodes[parent * n_blocks + block] for parent in parents)
+                for segment in members:
+                    for there, arrived in enumerate(self.arrivals(segment, block, starts)):
+                        image[segment * n_blocks + there] |= arrived
+        return image
 
     def preimage(self, nodes: Nodes) -> Nodes:
         """All nodes with a link that leads to one of ``nodes``."""
-        able = [_union(self.playable(s, nodes[s]) for s in members) for members in self.members_of_fork]
-        merged = [_union(able[f] for f in after) for after in self.forks_after]
-        return [merged[merge] for merge in self.merge_of]
+        n_blocks = self.n_blocks
+        able = [0] * (len(self.members_of_fork) * n_blocks)
+        for index, ends in enumerate(nodes):
+            segment, block = divmod(index, n_blocks)
+            first = self.fork_of[segment] * n_blocks
+            for there, starts in enumerate(self.playable(segment, block, ends)):
+                able[first + there] |= starts
+        merged = [
+            _union(able[fork * n_blocks + block] for fork in after)
+            for after in self.forks_after
+            for block in range(n_blocks)
+        ]
+        return [merged[merge * n_blocks + block] for merge in self.merge_of for block in range(n_blocks)]
 
     def trim(self, nodes: Nodes) -> Nodes:
         """``nodes`` without those that have no link from, or then none to, the rest: once over."""
@@ -129,62 +171,68 @@ class StepNetwork:
 
     def reached_from(self, seed: Nodes, within: Nodes) -> Nodes:
         """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``."""
+        n_blocks = self.n_blocks
         unreached = difference(within, seed)
-        everywhere = self.everywhere()
-        unplayed = [everywhere] * len(self.members_of_fork)
-        pending = [0] * len(self.members_of_fork)
+        unplayed = self._everywhere(len(self.members_of_fork))
+        pending = [0] * len(unplayed)
         queue: deque[int] = deque()
 
-        def arrive(merge: int, fresh: int) -> None:
-            for fork in self.forks_after[merge]:
-                start = fresh & unplayed[fork]
-                if start:
-                    unplayed[fork] ^= start
-                    if not pending[fork]:
-                        queue.append(fork)
-                    pending[fork] |= start
+        def arrive(segment: int, block: int, fresh: int) -> None:
+            for fork in self.forks_after[self.merge_of[segment]]:
+                start = fork * n_blocks + block
+                starts = fresh & unplayed[start]
+                if starts:
+                    unplayed[start] ^= starts
+                    if not pending[start]:
+                        queue.append(start)
+                    pending[start] |= starts
 
-        for segment, nodes in enumerate(seed):
+        for index, nodes in enumerate(seed):
             if nodes:
-                arrive(self.merge_of[segment], nodes)
+                arrive(*divmod(index, n_blocks), nodes)
         while queue:
-            fork = queue.popleft()
-            starts, pending[fork] = pending[fork], 0
+            start = queue.popleft()
+            starts, pending[start] = pending[start], 0
+            fork, block = divmod(start, n_blocks)
             for segment in self.members_of_fork[fork]:
-                fresh = self.arrivals(segment, starts) & unreached[segment]
-                if fresh:
-                    unreached[segment] ^= fresh
-                    arrive(self.merge_of[segment], fresh)
+                for there, arrived in enumerate(self.arrivals(segment, block, starts), segment * n_blocks):
+                    fresh = arrived & unreached[there]
+                    if fresh:
+                        unreached[there] ^= fresh
+                        arrive(segment, there - segment * n_blocks, fresh)
         return difference(within, unreached)
 
     def reaching(self, seed: Nodes, within: Nodes) -> Nodes:
         """``seed``, a subset of ``within``, and all nodes from which links lead to it inside ``within``."""
+        n_blocks = self.n_blocks
         unreached = difference(within, seed)
-        everywhere = self.everywhere()
-        unable = [everywhere] * len(self.members_of_fork)
-        unmerged = [everywhere] * len(self.members_of_merge)
+        unable = self._everywhere(len(self.members_of_fork))
+        unmerged = self._everywhere(len(self.members_of_merge))
         pending = list(seed)
-        queue = deque(segment for segment, nodes in enumerate(seed) if nodes)
+        queue = deque(index for index, nodes in enumerate(seed) if nodes)
         while queue:
-            segment = queue.popleft()
-            ends, pending[segment] = pending[segment], 0
+            index = queue.popleft()
+            ends, pending[index] = pending[index], 0
+            segment, block = divmod(index, n_blocks)
             fork = self.fork_of[segment]
-            able = self.playable(segment, ends) & unable[fork]
-            if not able:
-                continue
-            unable[fork] ^= able
-            for merge in self.merges_before[fork]:
-                merged = able & unmerged[merge]
-                if not merged:
+            for there, playable in enumerate(self.playable(segment, block, ends)):
+                able = playable & unable[fork * n_blocks + there]
+                if not able:
                     continue
-                unmerged[merge] ^= merged
-                for parent in self.members_of_merge[merge]:
-                    fresh = merged & unreached[parent]
-                    if fresh:
-                        unreached[parent] ^= fresh
-                        if not pending[parent]:
-                            queue.append(parent)
-                        pending[parent] |= fresh
+                unable[fork * n_blocks + there] ^= able
+                for merge in self.merges_before[fork]:
+                    merged = able & unmerged[merge * n_blocks + there]
+                    if not merged:
+                        continue
+                    unmerged[merge * n_blocks + there] ^= merged
+                    for parent in self.members_of_merge[merge]:
+                        node = parent * n_blocks + there
+                        fresh = merged & unreached[node]
+                        if fresh:
+                            unreached[node] ^= fresh
+                            if not pending[node]:
+                                queue.append(node)
+                            pending[node] |= fresh
         return difference(within, unreached)
 
 

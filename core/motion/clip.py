@@ -48,9 +48,7 @@ class MotionClip:
             n_joints,
             3,
         ):
-            raise ClipError(
-                f"Clip '{self.name}' does not have one rotation and translation per frame and bone."
-            )
+            raise ClipError(f"Clip '{self.name}' does not have one rotation and translation per frame and bone.")
         if n_frames < 2:
             raise ClipError(f"Clip '{self.name}' has {n_frames} frame; a motion needs at least two.")
         if not self.frame_rate > 0:

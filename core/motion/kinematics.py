@@ -26,7 +26,5 @@ def world_transforms(
     for joint in range(1, len(parents)):
         parent = as_rotation(world_rotations[:, parents[joint]])
         world_positions[:, joint] = world_positions[:, parents[joint]] + parent.apply(translations[:, joint])
-        world_rotations[:, joint] = as_quaternions(
-            parent * as_rotation(rotations[:, joint]), (len(world_rotations),)
-        )
+        world_rotations[:, joint] = as_quaternions(parent * as_rotation(rotations[:, joint]), (len(world_rotations),))
     return world_rotations, world_positions

@@ -1,0 +1,45 @@
+"""When both feet are off the ground: jumps, which may cross what walking may not."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import ClipError
+from .clip import MotionClip
+from .joint_roles import foot_joints
+
+_FLOOR_PERCENTILE = 5
+"""A foot's floor is not its very lowest frame, which noise and landings push below where it stands."""
+
+
+def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: float) -> np.ndarray:
+    """(F,) bool: frames in which all joints of both feet are more than ``height`` (m) above where they stand.
+
+    ``feet`` holds the joint indices of either foot, as from :func:`core.motion.joint_roles.foot_joints`. Each joint's
+    floor is the clip's own.
+    """
+    joints = [joint for foot in feet for joint in foot]
+    if not joints:
+        raise ClipError(f"Clip '{clip.name}': there are no foot bones to tell its jumps by.")
+    heights = clip.world[1][:, joints, 2]
+    return np.all(heights - np.percentile(heights, _FLOOR_PERCENTILE, axis=0) > height, axis=1)
+
+
+def jump_mask(clip: MotionClip, height: float, lift: float = 0.03, lead: float = 0.1) -> np.ndarray:
+    """(F,) bool: the jumps of a clip that clear ``height`` (m), from before take-off to after landing.
+
+    A jump is a stretch in which both feet are off the ground, by more than ``lift`` (m), and at some moment by more
+    than ``height``; it counts from ``lead`` (s) before to ``lead`` after that stretch, in which the body leans into
+    the jump and catches itself. No frame if the clip holds no such jump.
+
+    Raises ClipError if the feet cannot be told from the skeleton.
+    """
+    feet = foot_joints(clip.skeleton)
+    off_ground, high = clearance_mask(clip, feet, lift), clearance_mask(clip, feet, height)
+    changes = np.flatnonzero(np.diff(np.concatenate([[0], off_ground.astype(int), [0]])))
+    margin = round(lead * clip.frame_rate)
+    mask = np.zeros(clip.n_frames, dtype=bool)
+    for first, end in zip(changes[::2], changes[1::2], strict=True):
+        if high[first:end].any():
+            mask[max(first - margin, 0) : end + margin] = True
+    return mask

@@ -1,0 +1,80 @@
+"""When the feet are on the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ClipError
+from .clip import MotionClip
+from .joint_roles import foot_joints
+
+_FLOOR_PERCENTILE = 5
+"""A foot's floor is not its very lowest frame, which noise and landings push below where it stands."""
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """When a foot counts as planted: a joint of it is low and slow.
+
+    A joint is planted from where it is below ``height`` and slower than ``speed``, and stays so until it
+    rises above ``release_height`` or gets faster than ``release_speed``.
+
+    Attributes
+    ----------
+    height, release_height : float
+        Metres above where the same joint (ankle or toes) stands in this clip.
+    speed, release_speed : float
+        Metres per second.
+    feet : pair of tuple of str, optional
+        Bone names of the left and of the right foot, ankle first, then toes; guessed if not given.
+    """
+
+    height: float = 0.05
+    release_height: float = 0.08
+    speed: float = 0.45
+    release_speed: float = 0.7
+    feet: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+
+    def __post_init__(self):
+        if not (0 < self.height <= self.release_height and 0 < self.speed <= self.release_speed):
+            raise ClipError(
+                "The height and the speed below which a foot is planted must be positive, and not above "
+                "those at which it is released."
+            )
+
+
+def foot_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> np.ndarray:
+    """(F, 2) bool: whether the left and the right foot are planted in each frame.
+
+    A foot is planted while its ankle or its toes are. Heights count from the clip's own floor: the lowest
+    that either foot's ankle (toes) gets, so that a foot held up is not taken for a standing one. ClipError if
+    the feet cannot be told from the skeleton.
+    """
+    settings = settings or ContactSettings()
+    feet = foot_joints(clip.skeleton, settings.feet)
+    positions = clip.world[1]
+    low = [np.percentile(positions[:, list(foot), 2], _FLOOR_PERCENTILE, axis=0) for foot in feet]
+    n_shared = min(len(foot) for foot in feet)
+    shared_floor = np.minimum(low[0][:n_shared], low[1][:n_shared])
+    planted = np.zeros((clip.n_frames, 2), dtype=bool)
+    for side, foot in enumerate(feet):
+        for order, joint in enumerate(foot):
+            floor = shared_floor[order] if order < n_shared else low[side][order]
+            height = positions[:, joint, 2] - floor
+            speed = np.linalg.norm(np.gradient(positions[:, joint], axis=0), axis=1) * clip.frame_rate
+            enter = (height <= settings.height) & (speed <= settings.speed)
+            leave = (height > settings.release_height) | (speed > settings.release_speed)
+            planted[:, side] |= _latched(enter, leave)
+    return planted
+
+
+def _latched(enter: np.ndarray, leave: np.ndarray) -> np.ndarray:
+    """(F,) bool: whether ``enter`` was True more recently than ``leave``.
+
+    What comes before the first of either is the opposite of it: a foot about to leave has been planted.
+    """
+    decided = np.flatnonzero(enter | leave)
+    if len(decided) == 0:
+        return np.zeros(len(enter), dtype=bool)
+    latest = np.searchsorted(decided, np.arange(len(enter)), side="right") - 1
+    return np.where(latest >= 0, enter[decided[np.maximum(latest, 0)]], leave[decided[0]])

@@ -1,0 +1,222 @@
+"""The cost of switching from one frame of motion to another, for all pairs of frames."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .clip import MotionClip
+from .joint_roles import joint_weights
+from .kinematics import as_quaternions, as_rotation
+
+BLOCK_ELEMENTS = 1 << 16
+"""Pairs that are worked on at a time by the dense form: few enough for the processor's cache."""
+
+
+@dataclass(frozen=True)
+class CostSettings:
+    """What counts, and how much, when two frames are compared.
+
+    The cost is a sum of squares in rad^2; weights other than the joints' carry the unit that makes them so.
+
+    Attributes
+    ----------
+    joint_weights : mapping of str to float, optional
+        Weight of a bone's squared angle by bone name; bones not named keep the guessed weight (1 for root,
+        spine, thighs, shins, upper and lower arms; 0 for the rest). The root's weight is that of its tilt.
+    velocity_weight : float
+        Weight (s^2) of squared differences of angular velocities, "nu" of Lee et al. 2002.
+    height_weight : float
+        Radians for each metre of difference in root height.
+    travel_weight : float
+        Radians for each m/s of difference in root velocity, seen from the heading.
+    turn_weight : float
+        Radians for each rad/s of difference in turn rate (seconds).
+    """
+
+    joint_weights: Mapping[str, float] | None = None
+    velocity_weight: float = 0.02
+    height_weight: float = 1.0
+    travel_weight: float = 0.3
+    turn_weight: float = 0.3
+
+
+@dataclass(frozen=True)
+class PoseFeatures:
+    """Frames in the form in which they are compared; place and heading are left out.
+
+    Attributes
+    ----------
+    rotations : (F, K, 4) float array
+        Unit quaternions (w, x, y, z): the root's tilt (its heading removed), then the weighted joints'
+        rotations.
+    weights : (K,) float array
+        Weight of each rotation's squared angle.
+    vectors : (F, M) float array
+        Everything that differs by subtraction, scaled so that the squared distance is its share of the cost:
+        angular velocities of the same rotations, root height, root velocity in the heading frame, turn rate.
+    """
+
+    rotations: np.ndarray
+    weights: np.ndarray
+    vectors: np.ndarray
+
+    @property
+    def n_frames(self) -> int:
+        return len(self.rotations)
+
+
+def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> PoseFeatures:
+    """What of each frame of ``clip`` enters the transition cost.
+
+    Angular velocities are local joint rotation differences per second, like all rates by central differences
+    (one-sided at the ends of the clip). ClipError for bones that the skeleton lacks.
+    """
+    settings = settings or CostSettings()
+    weights = joint_weights(clip.skeleton, settings.joint_weights)
+    joints = np.flatnonzero(weights[1:]) + 1
+    n_frames, rate, heading = clip.n_frames, clip.frame_rate, clip.ground_path[:, 2]
+
+    unheading = np.zeros((n_frames, 4))
+    unheading[:, 0], unheading[:, 3] = np.cos(heading / 2), -np.sin(heading / 2)
+    tilt = as_quaternions(as_rotation(unheading) * as_rotation(clip.rotations[:, 0]), (n_frames, 1))
+    rotations = np.concatenate([tilt, clip.rotations[:, joints]], axis=1)
+    rotations /= np.linalg.norm(rotations, axis=2, keepdims=True)
+    weights = np.concatenate([weights[:1], weights[joints]])
+
+    before = np.maximum(np.arange(n_frames) - 1, 0)
+    after = np.minimum(np.arange(n_frames) + 1, n_frames - 1)
+    turned = as_rotation(rotations[before]).inv() * as_rotation(rotations[after])
+    seconds = (after - before)[:, None, None] / rate
+    angular = turned.as_rotvec().reshape(n_frames, -1, 3) / seconds
+    angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
+
+    velocity = np.gradient(clip.translations[:, 0], axis=0) * rate
+    cos, sin = np.cos(heading), np.sin(heading)
+    root = [
+        settings.height_weight * clip.translations[:, 0, 2],
+        settings.travel_weight * (cos * velocity[:, 0] + sin * velocity[:, 1]),
+        settings.travel_weight * (cos * velocity[:, 1] - sin * velocity[:, 0]),
+        settings.travel_weight * velocity[:, 2],
+        settings.turn_weight * np.gradient(heading) * rate,
+    ]
+    return PoseFeatures(rotations, weights, np.column_stack([angular.reshape(n_frames, -1), *root]))
+
+
+def joined(parts: list[PoseFeatures]) -> PoseFeatures:
+    """The frames of several clips of one skeleton, one after the other."""
+    return PoseFeatures(
+        np.concatenate([part.rotations for part in parts]),
+        parts[0].weights,
+        np.concatenate([part.vectors for part in parts]),
+    )
+
+
+def transition_costs(features_a: PoseFeatures, features_b: PoseFeatures) -> np.ndarray:
+    """(A, B) float32 cost of switching from each frame of ``features_a`` to each of ``features_b``.
+
+    D = sum_k w_k |log(q_bk^-1 q_ak)|^2 + nu sum_k w_k |omega_ak - omega_bk|^2 + root terms (rad^2), after Lee
+    et al. 2002, section 4.1, with horizontal position and heading left out. Symmetric: switching from b to a
+    costs the same. Needs A x B x 4 bytes and a little more.
+    """
+    costs = np.empty((features_a.n_frames, features_b.n_frames), dtype=np.float32)
+    rotations_a, rotations_b = (
+        np.ascontiguousarray(features.rotations.transpose(1, 0, 2), dtype=np.float32)
+        for features in (features_a, features_b)
+    )
+    centre = features_b.vectors.mean(axis=0)
+    vectors_a, vectors_b = features_a.vectors - centre, features_b.vectors - centre
+    squares_b = np.einsum("fm,fm->f", vectors_b, vectors_b)
+    height = max(1, BLOCK_ELEMENTS // max(1, features_b.n_frames))
+    for top in range(0, features_a.n_frames, height):
+        rows = slice(top, top + height)
+        # Velocities may be large and nearly equal: their difference needs double precision, angles do not.
+        block = vectors_a[rows] @ vectors_b.T
+        block *= -2
+        block += np.einsum("fm,fm->f", vectors_a[rows], vectors_a[rows])[:, None]
+        block += squares_b
+        total = np.maximum(block, 0).astype(np.float32)
+        for weight, of_a, of_b in zip(features_a.weights, rotations_a, rotations_b, strict=True):
+            angles = squared_angles(of_a[rows] @ of_b.T)
+            angles *= np.float32(weight)
+            total += angles
+        costs[rows] = total
+    return costs
+
+
+def pair_costs(features: PoseFeatures, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(P,) float64 costs of the P pairs of frames (first[p], second[p]) of one set of features."""
+    cosines = np.einsum("pkc,pkc->pk", features.rotations[first], features.rotations[second])
+    difference = features.vectors[first] - features.vectors[second]
+    return squared_angles(cosines) @ features.weights + np.einsum("pm,pm->p", difference, difference)
+
+
+def close_pairs(features: PoseFeatures, max_cost: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All pairs of frames i < j whose cost is at most ``max_cost``: (i (P,), j (P,), cost (P,) float64),
+    sorted.
+
+    Only pairs are compared exactly that may be near enough: half the squared distance of two rotation
+    matrices is 4 sin^2(angle / 2) <= angle^2, hence one matrix product bounds the cost of all pairs from
+    below, and tightly so where the cost is small. Memory grows with the number of pairs found.
+    """
+    matrices = as_rotation(features.rotations).as_matrix().reshape(features.n_frames, -1, 9)
+    matrices *= np.sqrt(features.weights / 2)[:, None]
+    points = np.concatenate([matrices.reshape(features.n_frames, -1), features.vectors], axis=1)
+    points -= points.mean(axis=0)
+    points = points.astype(np.float32)
+    squares = np.einsum("fm,fm->f", points, points)
+    # Rounding of the squares must not lose a pair; pairs let through in vain are sorted out below.
+    slack = 16 * np.finfo(np.float32).eps * float(squares.max(initial=0))
+    found = []
+    height = max(1, 64 * BLOCK_ELEMENTS // max(1, features.n_frames))
+    for top in range(0, features.n_frames, height):
+        rows = slice(top, top + height)
+        block = points[rows] @ points[top:].T
+        block *= -2
+        block += squares[top:]
+        block += squares[rows, None]
+        first, second = np.nonzero(block <= max_cost + slack)
+        upper = second > first
+        first, second = first[upper] + top, second[upper] + top
+        # In pieces, because every pair takes some kilobytes for the moment.
+        for start in range(0, len(first), BLOCK_ELEMENTS):
+            i, j = first[start : start + BLOCK_ELEMENTS], second[start : start + BLOCK_ELEMENTS]
+            costs = pair_costs(features, i, j)
+            near = costs <= max_cost
+            found.append((i[near], j[near], costs[near]))
+    if not found:
+        return np.empty(0, np.intp), np.empty(0, np.intp), np.empty(0)
+    i, j, costs = (np.concatenate(part) for part in zip(*found, strict=True))
+    return i, j, costs
+
+
+def squared_angles(cosines: np.ndarray) -> np.ndarray:
+    """Squared angles (rad^2) of the rotations between quaternions whose inner products are ``cosines``.
+
+    (2 arccos |c|)^2 as u h(u) with u = 1 - |c|: the square is smooth where arccos itself is not, so a
+    polynomial h is both faster and safe against rounding near equal rotations. Overwrites ``cosines``.
+    """
+    u = np.abs(cosines, out=cosines)
+    np.subtract(1, u, out=u)
+    np.maximum(u, 0, out=u)
+    coefficients = _ANGLE_POLYNOMIAL.astype(u.dtype)
+    angles = np.full_like(u, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        angles *= u
+        angles += coefficient
+    angles *= u
+    return angles
+
+
+def _angle_polynomial(degree: int = 9) -> np.ndarray:
+    """Coefficients, lowest first, of h(u) = (2 arccos(1 - u))^2 / u on [0, 1], to 1e-8."""
+
+    def ratio(u):
+        # 1 - u would lose u's digits; arccos(1 - u) = 2 arcsin(sqrt(u / 2)) does not.
+        return (4 * np.arcsin(np.sqrt(u / 2))) ** 2 / u
+
+    fit = np.polynomial.Chebyshev.interpolate(ratio, degree, domain=[0, 1])
+    return fit.convert(kind=np.polynomial.Polynomial, domain=[-1, 1], window=[-1, 1]).coef
+
+
+_ANGLE_POLYNOMIAL = _angle_polynomial()

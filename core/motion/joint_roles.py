@@ -1,0 +1,188 @@
+"""Which joint of a skeleton does what, guessed from names and hierarchy.
+
+Known namings: CMU and other BVH files, Mixamo, Rigify, Unreal, 3ds Max Biped, Unity/VRM, Character Creator.
+"""
+
+import re
+from collections.abc import Mapping
+from enum import Enum
+
+import numpy as np
+
+from ..errors import ClipError
+from .kinematics import world_transforms
+from .skeleton import Skeleton
+
+
+class JointRole(Enum):
+    """What a joint is for; limbs come in a left and a right one."""
+
+    ROOT = "root"
+    SPINE = "spine"
+    HEAD = "head"
+    THIGH = "thigh"
+    SHIN = "shin"
+    FOOT = "foot"
+    TOES = "toes"
+    UPPER_ARM = "upper arm"
+    LOWER_ARM = "lower arm"
+
+
+# Names are compared in lower case without side, digits and separators.
+_LIMB_NAMES = {
+    JointRole.THIGH: ("thigh", "upleg", "upperleg", "hip"),
+    JointRole.SHIN: ("shin", "calf", "lowerleg", "lowleg", "knee", "leg"),
+    JointRole.FOOT: ("foot", "ankle"),
+    JointRole.TOES: ("toe", "toes", "toebase", "ball"),
+    JointRole.UPPER_ARM: ("upperarm", "uparm", "arm", "shoulder"),
+    JointRole.LOWER_ARM: ("forearm", "lowerarm", "lowarm", "elbow"),
+}
+_SPINE_NAMES = ("spine", "lowerback", "waist", "abdomen", "torso", "chest", "upperchest")
+# "shoulder" and "hip" mean the limb only where nothing says so more clearly: CMU's LeftShoulder is a collar
+# bone.
+_DECORATION = {"def", "bip", "j", "c", "b", "cc", "base"}
+
+_WEIGHTED_ROLES = (
+    JointRole.SPINE,
+    JointRole.THIGH,
+    JointRole.SHIN,
+    JointRole.UPPER_ARM,
+    JointRole.LOWER_ARM,
+)
+
+
+def guess_joint_roles(skeleton: Skeleton) -> dict[tuple[JointRole, str], tuple[int, ...]]:
+    """Joints by role and side: keys are (role, side) with side "left", "right" or "" for the trunk.
+
+    The root is always joint 0. Limb roles hold one joint, the one nearest to the root (so that twist bones
+    do not count); the spine holds every joint so named below the root and above an upper arm. Roles
+    that no name speaks of are absent.
+    """
+    names = [_split_name(name) for name in skeleton.names]
+    roles: dict[tuple[JointRole, str], tuple[int, ...]] = {(JointRole.ROOT, ""): (0,)}
+    for role, known in _LIMB_NAMES.items():
+        for side in ("left", "right"):
+            for core in known:
+                if (side, core) in names[1:]:
+                    roles[role, side] = (names.index((side, core), 1),)
+                    break
+    arms = [joints[0] for (role, _), joints in roles.items() if role is JointRole.UPPER_ARM]
+    carriers = set().union(*(_ancestors(skeleton, arm) for arm in arms)) if arms else set(range(skeleton.n_joints))
+    spine = tuple(
+        joint
+        for joint, (side, core) in enumerate(names)
+        if joint > 0 and not side and core in _SPINE_NAMES and joint in carriers
+    )
+    if spine:
+        roles[JointRole.SPINE, ""] = spine
+    if ("", "head") in names[1:]:
+        roles[JointRole.HEAD, ""] = (names.index(("", "head"), 1),)
+    return roles
+
+
+def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None) -> np.ndarray:
+    """(J,) weight of each joint's angle in the transition cost; the root's entry weighs its tilt.
+
+    Guessed unless ``by_name`` says otherwise: 1 for root, spine, thighs, shins, upper and lower arms, 0 for
+    the rest (Lee et al. 2002, section 4.1). If thighs and shins cannot be told from the names, every joint
+    that has children weighs 1. ``by_name`` gives weights by bone name, replaces the guess for the bones that
+    it names and raises ClipError for unknown bones and negative weights.
+    """
+    roles = guess_joint_roles(skeleton)
+    weights = np.zeros(skeleton.n_joints)
+    legs = [(role, side) for role in (JointRole.THIGH, JointRole.SHIN) for side in ("left", "right")]
+    if all(leg in roles for leg in legs):
+        for (role, _), joints in roles.items():
+            if role in _WEIGHTED_ROLES:
+                weights[list(joints)] = 1.0
+    else:
+        weights[np.unique(skeleton.parents[1:])] = 1.0
+    weights[0] = 1.0
+    for name, weight in (by_name or {}).items():
+        if not (np.isfinite(weight) and weight >= 0):
+            raise ClipError(f"The weight of bone '{name}' is {weight}; it must be zero or more.")
+        weights[skeleton.index(name)] = weight
+    return weights
+
+
+def foot_joints(
+    skeleton: Skeleton, by_name: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Joints of the left and of the right foot that may touch the ground: ankle, then toes where there are
+    any.
+
+    ``by_name`` names them; otherwise they are guessed from the names, and failing that taken to be the two
+    lowest chains of the rest pose. ClipError if there is no telling.
+    """
+    if by_name is not None:
+        left, right = (tuple(skeleton.index(name) for name in names) for names in by_name)
+        if not left or not right:
+            raise ClipError("The feet need at least one bone for each side.")
+        return left, right
+    roles = guess_joint_roles(skeleton)
+    feet = []
+    for side in ("left", "right"):
+        feet.append(roles.get((JointRole.FOOT, side), ()) + roles.get((JointRole.TOES, side), ()))
+    if feet[0] and feet[1]:
+        return feet[0], feet[1]
+    return _lowest_chains(skeleton)
+
+
+def _split_name(name: str) -> tuple[str, str]:
+    """A bone's name as (side, core): "mixamorig:LeftUpLeg" -> ("left", "upleg")."""
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name.rsplit(":", 1)[-1])
+    spaced = re.sub(r"^([LRlr])([A-Z])", r"\1 \2", spaced)
+    words = [word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word]
+    side = ""
+    core = []
+    for word in words:
+        if word in ("left", "l") and not side:
+            side = "left"
+        elif word in ("right", "r") and not side:
+            side = "right"
+        else:
+            core.append(word)
+    if not side and core:
+        # "leftupleg", written without any separator
+        for prefix in ("left", "right"):
+            if core[0].startswith(prefix) and len(core[0]) > len(prefix):
+                side, core[0] = prefix, core[0].removeprefix(prefix)
+    plain = [word for word in core if word not in _DECORATION]
+    return side, "".join(plain)
+
+
+def _ancestors(skeleton: Skeleton, joint: int) -> set[int]:
+    """The joint and everything between it and the root, both included."""
+    found = set()
+    while joint >= 0:
+        found.add(joint)
+        joint = int(skeleton.parents[joint])
+    return found
+
+
+def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The two lowest leaves in the rest pose, each with its parent, that belong to different legs."""
+    rotations, positions = world_transforms(
+        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
+    )
+    positions = positions[0]
+    height = positions[:, 2]
+    leaves = np.setdiff1d(np.arange(1, skeleton.n_joints), skeleton.parents)
+    leaves = leaves[np.argsort(height[leaves], kind="stable")]
+    # Toes of one foot meet at its ankle, legs meet at the hips: tell them apart by the height of the meeting
+    # point.
+    ankle_height = height.min() + 0.25 * np.ptp(height)
+    for other in leaves[1:]:
+        meeting = max(_ancestors(skeleton, leaves[0]) & _ancestors(skeleton, other))
+        if height[meeting] > ankle_height:
+            feet = [(int(skeleton.parents[leaf]), int(leaf)) for leaf in (leaves[0], other)]
+            w, xyz = rotations[0, 0, 0], rotations[0, 0, 1:]
+            turned = 2 * np.cross(xyz, skeleton.forward)
+            forward = skeleton.forward + w * turned + np.cross(xyz, turned)
+            side = [forward[0] * positions[foot[1], 1] - forward[1] * positions[foot[1], 0] for foot in feet]
+            left, right = feet if side[0] >= side[1] else feet[::-1]
+            return left, right
+    raise ClipError(
+        f"The feet of the skeleton rooted at '{skeleton.names[0]}' cannot be told from its bone names or its "
+        "rest pose; name the bones of the left and of the right foot in the motion graph's settings."
+    )
