@@ -11,36 +11,47 @@ from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
 
 
-def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> list[np.ndarray]:
-    """The parts of (T, 3, 3) triangles with low <= z <= high, as arrays (n, k, 2) of convex polygons seen from above.
+def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarray:
+    """The parts of (T, 3, 3) triangles with low <= z <= high, seen from above.
 
-    Most triangles lie wholly inside the range or outside it and pass as they are; only the rest are cut.
+    Returns (n, 5, 2) corners of convex polygons; those with fewer than five corners repeat the last one. Most
+    triangles lie wholly inside the range or outside it and pass as they are; only the rest are cut.
     """
     if not np.isfinite(triangles).all():
         raise SceneError("An obstacle has a vertex whose position is not a number; repair that mesh.")
     z = triangles[:, :, 2]
     inside = np.all((z >= low) & (z <= high), axis=1)
     apart = np.all(z > high, axis=1) | np.all(z < low, axis=1)
-    polygons = [triangles[inside][:, :, :2]]
-    for triangle in triangles[~inside & ~apart]:
-        polygon = _cut_below(_cut_below(triangle, low), -high, sign=-1)
-        if len(polygon):
-            polygons.append(polygon[None, :, :2])
-    return [polygon for polygon in polygons if len(polygon)]
+    cut = triangles[~inside & ~apart]
+    if np.isfinite(low):
+        cut = _cut(cut, cut[:, :, 2] - low)
+    if np.isfinite(high):
+        cut = _cut(cut, high - cut[:, :, 2])
+    return np.concatenate([_with_corners(part, 5)[:, :, :2] for part in (triangles[inside], cut)])
 
 
-def _cut_below(polygon: np.ndarray, level: float, sign: int = 1) -> np.ndarray:
-    """The part of a convex polygon (k, 3) where sign * z >= level (Sutherland-Hodgman, one plane)."""
-    height = sign * polygon[:, 2] - level if len(polygon) else np.empty(0)
-    kept = []
-    for i in range(len(polygon)):
-        before, after = polygon[i - 1], polygon[i]
-        if (height[i - 1] < 0) != (height[i] < 0):
-            t = height[i - 1] / (height[i - 1] - height[i])
-            kept.append(before + t * (after - before))
-        if height[i] >= 0:
-            kept.append(after)
-    return np.array(kept).reshape(-1, 3)
+def _cut(polygons: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """The parts of convex polygons (n, k, 3) where the height (n, k) of the corners over a plane is not negative.
+
+    Sutherland and Hodgman's walk around each polygon, for all at once: every side gives the point where it crosses
+    the plane, if it does, and then its end, if that is kept. A plane adds at most one corner: (m, k + 1, 3).
+    """
+    n, k = height.shape
+    before, under = np.roll(polygons, 1, axis=1), np.roll(height, 1, axis=1)
+    crosses = (under < 0) != (height < 0)
+    share = np.divide(under, under - height, out=np.zeros_like(height), where=crosses)
+    points = np.stack([before + share[..., None] * (polygons - before), polygons], axis=2).reshape(n, 2 * k, 3)
+    kept = np.stack([crosses, height >= 0], axis=2).reshape(n, 2 * k)
+    points, kept = points[kept.any(axis=1)], kept[kept.any(axis=1)]
+    order = np.argsort(~kept, axis=1, kind="stable")
+    last = kept.sum(axis=1, keepdims=True) - 1
+    order = np.take_along_axis(order, np.minimum(np.arange(k + 1), last), axis=1)
+    return np.take_along_axis(points, order[..., None], axis=1)
+
+
+def _with_corners(polygons: np.ndarray, n: int) -> np.ndarray:
+    """Polygons (m, k, 3) as (m, n, 3), the last corner repeated."""
+    return polygons[:, np.minimum(np.arange(n), polygons.shape[1] - 1)]
 
 
 def rasterise(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -89,25 +100,23 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth] > 0
 
 
-def occupied_samples(grid: Grid, polygons: list[np.ndarray], margin: int) -> np.ndarray:
+def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarray:
     """Samples of the ground and of ``margin`` samples around it that the polygons touch.
 
-    ``polygons`` are arrays (n, k, 2) of world coordinates in metres. Around a tiled ground stand its own repetitions;
+    ``polygons`` is an array (n, k, 2) of world coordinates in metres. Around a tiled ground stand its own repetitions;
     geometry that reaches over its border is carried to the other side.
     """
     nx, ny = grid.shape[0] * SUBDIVISION, grid.shape[1] * SUBDIVISION
     around = (nx, ny) if grid.tiled else (margin, margin)
     shape = (nx + 2 * around[0], ny + 2 * around[1])
-    mask = np.zeros(shape, dtype=bool)
-    for part in polygons:
-        mask |= rasterise((part - grid.origin) / grid.sample_size + around, shape)
+    mask = rasterise((polygons - grid.origin) / grid.sample_size + around, shape)
     if not grid.tiled:
         return mask
     tile = mask.reshape(3, nx, 3, ny).any(axis=(0, 2))
     return np.pad(tile, margin, mode="wrap")
 
 
-def samples_within(grid: Grid, polygons: list[np.ndarray], distance: float) -> np.ndarray:
+def samples_within(grid: Grid, polygons: np.ndarray, distance: float) -> np.ndarray:
     """(4 nx, 4 ny) bool: samples of the ground with any point nearer than ``distance`` (m) to the polygons, or touched.
 
     The distance between two samples is that of the nearest points of their squares: growing the occupied ones by

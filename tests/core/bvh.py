@@ -53,15 +53,10 @@ def read_bvh(path, scale: float = CMU_UNIT, drop_first: int = 0) -> MotionClip:
     rest_translations[0] = Y_UP_TO_Z_UP.apply(offsets[0])
     left = offsets[names.index("LeftUpLeg")] - offsets[names.index("RightUpLeg")]
     forward = np.cross(left, [0, 1, 0])  # the legs' parents have no offset in these files; Y is up
+    forward = forward / np.linalg.norm(forward)
     return MotionClip(
         name=Path(path).stem,
-        skeleton=Skeleton(
-            tuple(names),
-            np.array(parents),
-            rest_rotations,
-            rest_translations * scale,
-            forward / np.linalg.norm(forward),
-        ),
+        skeleton=Skeleton(tuple(names), np.array(parents), rest_rotations, rest_translations * scale, forward),
         frame_rate=round(1 / float(frame_time.split()[-1]), 2),
         rotations=rotations,
         translations=translations * scale,

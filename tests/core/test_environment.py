@@ -43,8 +43,8 @@ def test_height_clipping_keeps_exactly_the_part_in_range(seed):
     triangle = rng.uniform(-1, 1, (3, 3))
     weights = rng.dirichlet(np.ones(3), 200)
     points = weights @ triangle
-    polygons = [p for part in clip_to_heights(triangle[None], -0.2, 0.4) for p in part]
-    found = distance_to_polygons(points[:, :2], polygons) < 1e-9 if polygons else np.zeros(len(points), dtype=bool)
+    polygons = clip_to_heights(triangle[None], -0.2, 0.4)
+    found = distance_to_polygons(points[:, :2], polygons) < 1e-9 if len(polygons) else np.zeros(len(points), dtype=bool)
     z = points[:, 2]
     sure = (np.abs(z + 0.2) > 1e-6) & (np.abs(z - 0.4) > 1e-6)
     assert np.array_equal(found[sure], ((z > -0.2) & (z < 0.4))[sure])
@@ -60,7 +60,7 @@ def test_free_samples_keep_their_distance_and_blocked_ones_are_near(seed, tiled)
     clipped = clip_to_heights(obstacle, 0.1, 1.8)
     near = samples_within(grid, clipped, radius)
     repeats = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)] if tiled else [(0, 0)]
-    polygons = [p + np.array(r) * grid.size for part in clipped for p in part for r in repeats]
+    polygons = [p + np.array(r) * grid.size for p in clipped for r in repeats]
     points = rng.uniform(0, 1, (3000, 2)) * grid.size + grid.origin
     sample = np.floor((points - grid.origin) / grid.sample_size).astype(int)
     distance = distance_to_polygons(points, polygons)
