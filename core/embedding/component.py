@@ -19,7 +19,7 @@ def largest_component_steps(network: StepNetwork) -> Generator[Progress, None, N
 
     Of components of equal size, the one that holds the lowest node in order of x, y, heading, segment.
     """
-    everything = network.trim(network.everything())
+    everything = network.image(network.everything())
     best, best_size = [0] * len(everything), 0
     total = count(everything)
     rests = [(total, everything)]

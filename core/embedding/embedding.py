@@ -15,6 +15,7 @@ from .component import largest_component_steps
 from .footprint import FootprintSettings
 from .network import StepNetwork
 from .stencil import build_stencils
+from .sweep import sweep_steps
 from .unroll import Unrolling, unroll_steps
 
 
@@ -192,33 +193,65 @@ def _add_shifted(target: np.ndarray, source: np.ndarray, dx: int, dy: int, tiled
 
 
 def embed_steps(
-    graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None
+    graph: MotionGraph,
+    environment: Environment,
+    settings: EmbeddingSettings | None = None,
+    previous: Embedding | None = None,
 ) -> Generator[Progress, None, Embedding]:
     """As :func:`embed`, as a generator that yields progress and may be closed at any moment."""
     settings = settings or EmbeddingSettings()
     if not graph.segments:
         raise EmbeddingError("The motion graph has no segments; build it from clips that connect.")
-    yield Progress(0.0, "Laying out stencils")
-    stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
-    _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
-    unrolling = yield from _scaled(unroll_steps(graph.segments, stencils, environment), 0.0, 0.6)
+    if previous is not None and _same_sweep(previous, graph, environment, settings):
+        sweep = previous.unrolling.sweep
+    else:
+        previous = None
+        yield Progress(0.0, "Laying out stencils")
+        stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
+        _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
+        steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
+        sweep = yield from _scaled(steps, 0.0, 0.3)
+    unrolling = yield from _scaled(unroll_steps(sweep, environment), 0.3, 0.5)
+    if previous is not None and unrolling.valid == previous.unrolling.valid:
+        return Embedding(graph, environment, settings, unrolling, previous.planes)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
-    nodes = yield from _scaled(largest_component_steps(network), 0.6, 1.0)
+    nodes = yield from _scaled(largest_component_steps(network), 0.5, 1.0)
     planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
     return Embedding(graph, environment, settings, unrolling, planes)
 
 
-def embed(graph: MotionGraph, environment: Environment, settings: EmbeddingSettings | None = None) -> Embedding:
+def embed(
+    graph: MotionGraph,
+    environment: Environment,
+    settings: EmbeddingSettings | None = None,
+    previous: Embedding | None = None,
+) -> Embedding:
     """Unroll the motion graph into the environment and keep the largest strongly connected component (paper, sect. 3).
 
     The embedding may be empty (``n_nodes`` 0): then no endless walk fits into the scene.
+
+    Parameters
+    ----------
+    previous : Embedding, optional
+        An embedding of the same graph, made before something in the scene moved. What it shares with the new one is
+        not computed again; the result is the same as without it, to the bit.
 
     Raises
     ------
     EmbeddingError
         The graph has no segments, or the planes would take more than ``settings.memory_limit`` bytes.
     """
-    return finish(embed_steps(graph, environment, settings))
+    return finish(embed_steps(graph, environment, settings, previous))
+
+
+def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environment, settings: EmbeddingSettings) -> bool:
+    """Whether only obstacles and the places of regions can differ from those of ``previous``."""
+    return (
+        previous.graph is graph
+        and previous.environment.grid == environment.grid
+        and previous.environment.tags == environment.tags
+        and previous.settings == settings
+    )
 
 
 def _scaled(steps, low: float, high: float):

@@ -11,7 +11,6 @@ starts (a *fork*), and parents with the same children are ORed only once (a *mer
 because segments that end in alike poses can all go on in the same ways.
 """
 
-from collections import deque
 from collections.abc import Iterable
 
 import numpy as np
@@ -170,12 +169,15 @@ class StepNetwork:
         return intersection(nodes, self.preimage(nodes))
 
     def reached_from(self, seed: Nodes, within: Nodes) -> Nodes:
-        """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``."""
+        """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.
+
+        Round after round, each fork plays the starts that it has gathered since its last turn: later forks of a round
+        already see what earlier ones reached.
+        """
         n_blocks = self.n_blocks
         unreached = difference(within, seed)
         unplayed = self._everywhere(len(self.members_of_fork))
         pending = [0] * len(unplayed)
-        queue: deque[int] = deque()
 
         def arrive(segment: int, block: int, fresh: int) -> None:
             for fork in self.forks_after[self.merge_of[segment]]:
@@ -183,23 +185,23 @@ class StepNetwork:
                 starts = fresh & unplayed[start]
                 if starts:
                     unplayed[start] ^= starts
-                    if not pending[start]:
-                        queue.append(start)
                     pending[start] |= starts
 
         for index, nodes in enumerate(seed):
             if nodes:
                 arrive(*divmod(index, n_blocks), nodes)
-        while queue:
-            start = queue.popleft()
-            starts, pending[start] = pending[start], 0
-            fork, block = divmod(start, n_blocks)
-            for segment in self.members_of_fork[fork]:
-                for there, arrived in enumerate(self.arrivals(segment, block, starts), segment * n_blocks):
-                    fresh = arrived & unreached[there]
-                    if fresh:
-                        unreached[there] ^= fresh
-                        arrive(segment, there - segment * n_blocks, fresh)
+        while any(pending):
+            for start, starts in enumerate(pending):
+                if not starts:
+                    continue
+                pending[start] = 0
+                fork, block = divmod(start, n_blocks)
+                for segment in self.members_of_fork[fork]:
+                    for there, arrived in enumerate(self.arrivals(segment, block, starts), segment * n_blocks):
+                        fresh = arrived & unreached[there]
+                        if fresh:
+                            unreached[there] ^= fresh
+                            arrive(segment, there - segment * n_blocks, fresh)
         return difference(within, unreached)
 
     def reaching(self, seed: Nodes, within: Nodes) -> Nodes:
@@ -209,30 +211,32 @@ class StepNetwork:
         unable = self._everywhere(len(self.members_of_fork))
         unmerged = self._everywhere(len(self.members_of_merge))
         pending = list(seed)
-        queue = deque(index for index, nodes in enumerate(seed) if nodes)
-        while queue:
-            index = queue.popleft()
-            ends, pending[index] = pending[index], 0
-            segment, block = divmod(index, n_blocks)
-            fork = self.fork_of[segment]
-            for there, playable in enumerate(self.playable(segment, block, ends)):
-                able = playable & unable[fork * n_blocks + there]
-                if not able:
+
+        def allow(fork: int, block: int, able: int) -> None:
+            for merge in self.merges_before[fork]:
+                merged = able & unmerged[merge * n_blocks + block]
+                if not merged:
                     continue
-                unable[fork * n_blocks + there] ^= able
-                for merge in self.merges_before[fork]:
-                    merged = able & unmerged[merge * n_blocks + there]
-                    if not merged:
-                        continue
-                    unmerged[merge * n_blocks + there] ^= merged
-                    for parent in self.members_of_merge[merge]:
-                        node = parent * n_blocks + there
-                        fresh = merged & unreached[node]
-                        if fresh:
-                            unreached[node] ^= fresh
-                            if not pending[node]:
-                                queue.append(node)
-                            pending[node] |= fresh
+                unmerged[merge * n_blocks + block] ^= merged
+                for parent in self.members_of_merge[merge]:
+                    node = parent * n_blocks + block
+                    fresh = merged & unreached[node]
+                    if fresh:
+                        unreached[node] ^= fresh
+                        pending[node] |= fresh
+
+        while any(pending):
+            for index, ends in enumerate(pending):
+                if not ends:
+                    continue
+                pending[index] = 0
+                segment, block = divmod(index, n_blocks)
+                first = self.fork_of[segment] * n_blocks
+                for there, playable in enumerate(self.playable(segment, block, ends)):
+                    able = playable & unable[first + there]
+                    if able:
+                        unable[first + there] ^= able
+                        allow(self.fork_of[segment], there, able)
         return difference(within, unreached)
 
 

@@ -9,7 +9,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from core.embedding.embedding import EmbeddingSettings
-from core.embedding.stencil import build_stencils, swept_samples, tag_classes
+from core.embedding.stencil import build_stencils
+from core.embedding.sweep import swept_samples, tag_classes
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION
 from core.motion.graph import MotionGraph
