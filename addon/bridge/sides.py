@@ -1,0 +1,32 @@
+"""Which bones are the left and the right one of a pair, told from their names."""
+
+import re
+from collections.abc import Iterable
+
+_WORDS = {"left": "right", "right": "left", "l": "r", "r": "l"}
+_SIDE = re.compile(
+    r"""
+      left | right                              # LeftUpLeg, mixamorig:LeftUpLeg, leg_left
+    | (?<![a-z0-9]) [lr] (?![a-z0-9])           # thigh.L, thigh.L.001, upperleg_l, l_thigh, Bip01 L Thigh
+    | (?-i: \b [LR] (?=[A-Z]) )                 # LThumb
+    | (?-i: (?<=[a-z0-9]) [LR] (?![A-Za-z]) )   # ThumbL
+    """,
+    re.VERBOSE | re.IGNORECASE,
+)
+
+
+def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
+    """(left, right) for every two names that differ only in their side, in the order of the left ones."""
+    names = list(names)
+    known = set(names)
+    pairs = []
+    for name in names:
+        for match in _SIDE.finditer(name):
+            word = match.group()
+            other = _WORDS[word.lower()]
+            other = other.upper() if word.isupper() else other.capitalize() if word[0].isupper() else other
+            partner = name[: match.start()] + other + name[match.end() :]
+            if word[0] in "lL" and partner in known:
+                pairs.append((name, partner))
+                break
+    return pairs

@@ -1,0 +1,333 @@
+"""From an armature object to the core's Skeleton, and what is needed to find the way back."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import bpy
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import ClipError
+from ...core.motion.skeleton import Skeleton
+from .rotation_modes import REST_CHANNELS
+from .sides import mirrored_pairs
+
+_LEG = ("thigh", "leg", "hip", "femur", "shin", "calf", "knee", "foot", "ankle")
+_UP = np.array([0.0, 0.0, 1.0])
+
+FORWARD_PROPERTY = "wayfarer_forward"
+"""Custom property of an armature object: the direction, in armature space, that the character faces."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where an object stands: world = translation + scale * rotation(local).
+
+    ``rotation`` is a unit quaternion (w, x, y, z), ``translation`` (3,) in metres, ``scale`` one positive
+    factor.
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    scale: float
+
+
+@dataclass(frozen=True)
+class RigBinding:
+    """How the joints of a Skeleton and the bones of an armature correspond; names and arrays, no references.
+
+    Arrays are indexed by joint, in the order of ``skeleton.names``; J joints.
+
+    Attributes
+    ----------
+    object_name : str
+        The armature object's name.
+    skeleton : Skeleton
+        Every bone of the armature. Joint 0 carries the body; bones that do not hang below it (a ground bone
+        above the hips, IK targets) hang directly from it here, so that it is one tree.
+    bone_parents : (J,) int array
+        Joint index of each bone's parent in the armature, -1 if it has none.
+    rest_matrices : (J, 4, 4) float array
+        Rest pose in armature space (Blender units).
+    rotation_modes : tuple of str
+        Blender's rotation mode of each pose bone.
+    connected : (J,) bool array
+        Bones that are glued to their parent's tail: Blender ignores their location channels.
+    inherits_rotation, local_location : (J,) bool arrays
+        The bones' settings Inherit Rotation and Local Location.
+    placement : Placement
+        Where the armature object stood.
+    evaluation_reason : str
+        Empty if f-curves alone determine the pose; otherwise what else does (a constraint, a driver ...).
+    """
+
+    object_name: str
+    skeleton: Skeleton
+    bone_parents: np.ndarray
+    rest_matrices: np.ndarray
+    rotation_modes: tuple[str, ...]
+    connected: np.ndarray
+    inherits_rotation: np.ndarray
+    local_location: np.ndarray
+    placement: Placement
+    evaluation_reason: str
+
+    @cached_property
+    def bone_order(self) -> np.ndarray:
+        """(J,) joint indices with every bone after its parent in the armature."""
+        return np.argsort(_depths(self.bone_parents), kind="stable")
+
+    @cached_property
+    def rest_rotations(self) -> np.ndarray:
+        """(J, 4) rest rotations in armature space, quaternions (w, x, y, z)."""
+        return Rotation.from_matrix(self.rest_matrices[:, :3, :3]).as_quat(scalar_first=True)
+
+    @cached_property
+    def relative_rests(self) -> np.ndarray:
+        """(J, 4, 4) rest pose of each bone relative to its parent in the armature."""
+        relative = self.rest_matrices.copy()
+        children = np.flatnonzero(self.bone_parents >= 0)
+        parents = self.rest_matrices[self.bone_parents[children]]
+        relative[children] = np.linalg.solve(parents, self.rest_matrices[children])
+        return relative
+
+    @cached_property
+    def relative_rest_rotations(self) -> np.ndarray:
+        """(J, 4) the rotations in ``relative_rests``, quaternions (w, x, y, z)."""
+        return Rotation.from_matrix(self.relative_rests[:, :3, :3]).as_quat(scalar_first=True)
+
+    @cached_property
+    def keeps_parent(self) -> np.ndarray:
+        """(J,) bool: the joint's parent in the skeleton is the bone's parent in the armature."""
+        kept = np.asarray(self.skeleton.parents) == self.bone_parents
+        kept[0] = False
+        return kept
+
+
+def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, float] | None = None) -> RigBinding:
+    """The skeleton of an armature object and how it corresponds to its bones.
+
+    The root joint is ``root_bone`` or, if that is empty, the bone that carries the body: where the left and
+    the right leg meet, or, on a rig whose names tell no legs, the parentless bone with the most deforming
+    bones below it.
+
+    ``forward``, in armature space, says where the character faces. If it is not given, the armature object's
+    custom property ``wayfarer_forward`` does; if that is not there either, it is derived from the rest pose
+    as left x up, with the left from the legs, or else from any left/right pair of bones; and on a rig
+    without pairs it is Blender's convention, -Y.
+
+    The world is the scene's: the object's location, rotation and uniform scale are included, one Blender
+    unit is one metre.
+
+    Raises ClipError if the object is no armature, has no bones, is scaled unevenly or mirrored, or if it
+    has no bone called ``root_bone``.
+    """
+    if armature_object is None or armature_object.type != "ARMATURE":
+        name = armature_object.name if armature_object else "nothing"
+        raise ClipError(f"'{name}' is not an armature; choose the character's armature object.")
+    bones = armature_object.data.bones
+    if len(bones) == 0:
+        raise ClipError(f"The armature '{armature_object.name}' has no bones; choose the character's armature.")
+    bpy.context.view_layer.update()
+    placement = object_placement(armature_object)
+
+    names = [bone.name for bone in bones]
+    index_of = {name: index for index, name in enumerate(names)}
+    parents = np.array([index_of[bone.parent.name] if bone.parent else -1 for bone in bones])
+    rests = read_matrices(bones, "matrix_local")
+    broken = ~np.isfinite(rests).all(axis=(1, 2))
+    if broken.any():
+        raise ClipError(
+            f"The rest position of bone '{names[np.argmax(broken)]}' of '{armature_object.name}' is not a number; "
+            "place it anew in edit mode."
+        )
+    if root_bone and root_bone not in index_of:
+        raise ClipError(f"The armature '{armature_object.name}' has no bone called '{root_bone}' to be its root.")
+    deforming = np.array([bone.use_deform for bone in bones])
+    root = index_of[root_bone] if root_bone else _body_root(names, parents, deforming)
+
+    order = _joint_order(parents, root)
+    place = np.argsort(order)  # from bone index to joint index
+    bone_parents = np.where(parents[order] >= 0, place[parents[order]], -1)
+    rests = rests[order]
+    names = [names[index] for index in order]
+    pose_bones = [armature_object.pose.bones[name] for name in names]
+    return RigBinding(
+        object_name=armature_object.name,
+        skeleton=_skeleton(names, bone_parents, rests, placement, forward or armature_object.get(FORWARD_PROPERTY)),
+        bone_parents=bone_parents,
+        rest_matrices=rests,
+        rotation_modes=tuple(bone.rotation_mode for bone in pose_bones),
+        connected=np.array([bone.bone.use_connect and bone.parent is not None for bone in pose_bones]),
+        inherits_rotation=np.array([bone.bone.use_inherit_rotation for bone in pose_bones]),
+        local_location=np.array([bone.bone.use_local_location for bone in pose_bones]),
+        placement=placement,
+        evaluation_reason=_evaluation_reason(armature_object, pose_bones),
+    )
+
+
+def object_placement(obj) -> Placement:
+    """Where ``obj`` stands in the world; ClipError if its scale is uneven, negative or zero."""
+    return matrix_placement(np.array(obj.matrix_world, dtype=float), obj.name)
+
+
+def matrix_placement(matrix: np.ndarray, object_name: str) -> Placement:
+    """The placement that an object's (4, 4) world matrix stands for; ClipError as above names the object."""
+    axes = matrix[:3, :3]
+    lengths = np.linalg.norm(axes, axis=0)
+    scale = lengths.mean()
+    even = scale > 0 and np.allclose(axes.T @ axes, scale**2 * np.eye(3), atol=1e-4 * scale**2)
+    if not even or np.linalg.det(axes) <= 0:
+        raise ClipError(
+            f"The scale of '{object_name}' is uneven, negative or zero, so that its motion has no metres; "
+            "use Object > Apply > Scale."
+        )
+    rotation = Rotation.from_matrix(axes / scale).as_quat(scalar_first=True)
+    return Placement(rotation, matrix[:3, 3].copy(), float(scale))
+
+
+def read_matrices(collection, attribute: str) -> np.ndarray:
+    """(N, 4, 4) matrices of a collection's items: matrices[i] @ column vector."""
+    flat = np.empty(16 * len(collection), dtype=np.float32)
+    collection.foreach_get(attribute, flat)
+    return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(float)  # Blender stores columns
+
+
+def _body_root(names, parents, deforming) -> int:
+    meeting_points = [
+        (_depth(parents, left), meeting)
+        for left, right in _leg_pairs(names, parents, deforming)
+        if (meeting := _meeting_point(parents, left, right)) >= 0
+    ]
+    if meeting_points:
+        return min(meeting_points)[1]
+    tops = np.flatnonzero(parents < 0)
+    bodies = np.array([_top(parents, index) for index in range(len(parents))])
+    sizes = [np.count_nonzero((bodies == top) & deforming) for top in tops]
+    return int(tops[np.argmax(sizes)])
+
+
+def _leg_pairs(names, parents, deforming):
+    """Index pairs of left and right leg bones, those that deform if any does."""
+    pairs = [
+        (names.index(left), names.index(right))
+        for left, right in mirrored_pairs(names)
+        if any(word in left.lower() for word in _LEG) and not _is_control(left)
+    ]
+    return [pair for pair in pairs if deforming[pair[0]]] or pairs
+
+
+def _is_control(name: str) -> bool:
+    """Whether the name is that of an IK control or a pole, which hang from anywhere."""
+    lowered = name.lower()
+    return "ik" in lowered.replace("-", "_").replace(".", "_").split("_") or "pole" in lowered
+
+
+def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
+    to_world = Rotation.from_quat(placement.rotation, scalar_first=True)
+    rotations = to_world * Rotation.from_matrix(rests[:, :3, :3])
+    positions = placement.translation + placement.scale * to_world.apply(rests[:, :3, 3])
+    below_root = _below(bone_parents, 0)
+    parents = np.where(below_root, bone_parents, 0)
+    parents[0] = -1
+    local_rotations = (rotations[np.maximum(parents, 0)].inv() * rotations).as_quat(scalar_first=True)
+    local_positions = rotations[np.maximum(parents, 0)].inv().apply(positions - positions[np.maximum(parents, 0)])
+    local_rotations[0] = rotations[0].as_quat(scalar_first=True)
+    local_positions[0] = positions[0]
+    if forward is not None:
+        direction = to_world.apply(np.asarray(forward, dtype=float) / np.linalg.norm(forward))
+    else:
+        direction = _forward(names, bone_parents, positions)
+        if direction is None:
+            direction = to_world.apply([0.0, -1.0, 0.0])
+    return Skeleton(tuple(names), parents, local_rotations, local_positions, rotations[0].inv().apply(direction))
+
+
+def _forward(names, bone_parents, positions):
+    """World direction left x up of the first pair of bones that stand apart: legs, then from the root down."""
+    size = np.ptp(positions, axis=0).max()
+    pairs = [(names.index(left), names.index(right)) for left, right in mirrored_pairs(names)]
+    pairs.sort(
+        key=lambda pair: (
+            not any(word in names[pair[0]].lower() for word in _LEG) or _is_control(names[pair[0]]),
+            _depth(bone_parents, pair[0]),
+        )
+    )
+    for left, right in pairs:
+        direction = np.cross(positions[left] - positions[right], _UP)
+        if np.linalg.norm(direction) > 0.01 * size:
+            return direction / np.linalg.norm(direction)
+    return None
+
+
+def _evaluation_reason(armature_object, pose_bones) -> str:
+    for bone in pose_bones:
+        if any(not constraint.mute for constraint in bone.constraints):
+            return f"bone '{bone.name}' has constraints"
+        rest = bone.bone
+        if not (rest.use_inherit_rotation and rest.inherit_scale == "FULL" and rest.use_local_location):
+            return f"bone '{bone.name}' does not inherit its parent's whole transform"
+    if any(not constraint.mute for constraint in armature_object.constraints):
+        return "the object has constraints"
+    if any(
+        not np.allclose(getattr(armature_object, f"delta_{name}"), rest)
+        for name, rest in REST_CHANNELS.items()
+        if hasattr(armature_object, f"delta_{name}")
+    ):
+        return "the object has delta transforms"
+    parent = armature_object.parent
+    if parent is not None and armature_object.parent_type != "OBJECT":
+        return "the object is parented to a part of another object"
+    while parent is not None:
+        if parent.animation_data is not None or len(parent.constraints):
+            return f"the object is parented to '{parent.name}', which is animated"
+        parent = parent.parent
+    for data in (armature_object, armature_object.data):
+        if data.animation_data and len(data.animation_data.drivers):
+            return "the rig has drivers"
+    return ""
+
+
+def _joint_order(parents, root) -> np.ndarray:
+    """Bone indices, the root first, then what hangs below it, then the others, each in the armature's order.
+
+    Blender lists every bone after its parent.
+    """
+    rank = np.where(_below(parents, root), 1, 2)
+    rank[root] = 0
+    return np.argsort(rank, kind="stable")
+
+
+def _below(parents, root) -> np.ndarray:
+    """(J,) bool: descendants of ``root``, itself excluded."""
+    below = np.zeros(len(parents), dtype=bool)
+    for index in np.argsort(_depths(parents), kind="stable"):
+        below[index] = parents[index] >= 0 and (parents[index] == root or below[parents[index]])
+    return below
+
+
+def _depths(parents) -> np.ndarray:
+    return np.array([_depth(parents, index) for index in range(len(parents))])
+
+
+def _depth(parents, index) -> int:
+    return len(_ancestors(parents, index))
+
+
+def _ancestors(parents, index) -> list[int]:
+    """Nearest first."""
+    found = []
+    while parents[index] >= 0:
+        index = int(parents[index])
+        found.append(index)
+    return found
+
+
+def _top(parents, index) -> int:
+    return ([index, *_ancestors(parents, index)])[-1]
+
+
+def _meeting_point(parents, left, right) -> int:
+    """The nearest common ancestor, -1 if there is none."""
+    above = set(_ancestors(parents, right))
+    return next((ancestor for ancestor in _ancestors(parents, left) if ancestor in above), -1)

@@ -1,0 +1,217 @@
+"""Baking a motion clip into a new action."""
+
+from collections.abc import Collection, Iterable
+
+import bpy
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import ClipError
+from ...core.motion.clip import MotionClip
+from ...core.motion.kinematics import as_quaternions, as_rotation, world_transforms
+from ...core.motion.skeleton import Skeleton
+from .action_curves import action_curves, actions_of
+from .rotation_modes import channels_from_quaternions, rotation_property
+from .skeleton import RigBinding, bind_rig
+from .tags import write_tags
+
+_LINEAR = 1  # value of Keyframe.interpolation in foreach_set
+_STILL = 1e-5  # metres: a joint that keeps to its rest position this closely needs no location keys
+
+
+def write_clip(
+    armature_object,
+    clip: MotionClip,
+    name: str,
+    first_frame: int = 1,
+    binding: RigBinding | None = None,
+    only_bones: Collection[str] | None = None,
+) -> bpy.types.Action:
+    """Bake ``clip`` into a new action that moves the bones of ``armature_object`` like the clip's joints.
+
+    The clip is in world space and metres; it is resampled to the scene's frame rate and gets one
+    linear key a frame from ``first_frame`` on, in each bone's own rotation mode, without jumps. Bones and
+    joints are matched by name, through their rest poses, so that clips of the same character can be written
+    on a rig whose bones have other axes. Bones that the clip does not know stay in their rest pose; joints
+    that the armature lacks are skipped. Location is keyed for the root and for joints that leave their rest
+    position; bones connected to their parent stay there. The armature object itself is not keyed, and its
+    present placement is taken into account.
+
+    ``only_bones`` limits the keys to the bones so named; the others are then taken to follow by themselves.
+    By default all matching bones are keyed, except on a rig that also moves by constraints or drivers: there
+    the keys belong on the controls, which are taken to be the bones that any action of the file animates.
+
+    The action gets the clip's tags. It is not assigned (see :func:`assign_action`); nothing else is changed.
+
+    Raises ClipError if the armature has no bone named like the clip's root, or one that cannot travel because
+    it is connected to its parent, and for the reasons of :func:`bind_rig`.
+    """
+    binding = binding or bind_rig(armature_object)
+    render = bpy.context.scene.render
+    clip = clip.resampled(render.fps / render.fps_base)
+    if only_bones is None and binding.evaluation_reason:
+        only_bones = animated_bones(armature_object, actions_of(armature_object)) or None
+    channels = _bone_channels(binding, clip, only_bones)
+
+    action = bpy.data.actions.new(name)
+    slot = action.slots.new(id_type="OBJECT", name=armature_object.name)
+    strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
+    channelbag = strip.channelbag(slot, ensure=True)
+    frames = first_frame + np.arange(clip.n_frames)
+    groups = {bone: channelbag.groups.new(bone) for bone in dict.fromkeys(bone for bone, _ in channels)}
+    for (bone, name_of_property), values in channels.items():
+        path = f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{name_of_property}'
+        for component, curve_values in enumerate(values.T):
+            curve = channelbag.fcurves.new(path, index=component)
+            curve.group = groups[bone]
+            write_linear_keys(curve, frames, curve_values)
+    write_tags(action, clip.tags, first_frame)
+    return action
+
+
+def animated_bones(armature_object, actions: Iterable) -> set[str]:
+    """Names of the bones that any of the actions animates; ClipError if one of them animates none."""
+    return {name for action in actions for name, *_ in action_curves(armature_object, action).bones}
+
+
+def assign_action(armature_object, action) -> None:
+    """Make ``armature_object`` play ``action``, by the slot that :func:`read_clip` would read."""
+    slot = action_curves(armature_object, action).slot
+    animation = armature_object.animation_data_create()
+    animation.action = action
+    animation.action_slot = slot
+
+
+def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:
+    """Fill an empty f-curve with one linear key for each of the (F,) frame numbers."""
+    points = curve.keyframe_points
+    points.add(len(frames))
+    points.foreach_set("co", np.column_stack([frames, values]).astype(np.float32).ravel())
+    points.foreach_set("interpolation", np.full(len(frames), _LINEAR, dtype=np.int32))
+    curve.update()
+
+
+def _bone_channels(binding: RigBinding, clip: MotionClip, only_bones) -> dict[tuple[str, str], np.ndarray]:
+    """(bone name, property) -> (F, C) values of everything to be keyed."""
+    bones, joints = _matches(binding, clip.skeleton)
+    corrections = _axis_corrections(binding, clip.skeleton, bones, joints)
+    world_rotations, world_positions = clip.world
+    to_armature = as_rotation(binding.placement.rotation).inv()
+    scale = binding.placement.scale
+    joint_of = dict(zip(bones, joints, strict=True))
+
+    channels = {}
+    poses: dict[int, tuple[Rotation, np.ndarray]] = {}  # armature-space rotation and position of each bone
+    for bone in binding.bone_order:
+        parent = binding.bone_parents[bone]
+        rest = binding.relative_rests[bone]
+        rest_rotation = as_rotation(binding.relative_rest_rotations[bone])
+        parent_turn, parent_position = poses[parent] if parent >= 0 else (Rotation.identity(), np.zeros(3))
+        # The frames in which the bone's own channels act.
+        carried = parent_turn * rest_rotation
+        base = carried if binding.inherits_rotation[bone] else as_rotation(binding.rest_rotations[bone])
+        location_base = carried if binding.local_location[bone] else parent_turn
+        position = parent_position + parent_turn.apply(rest[:3, 3])
+        if bone not in joint_of:
+            poses[bone] = base, position
+            continue
+        joint = joint_of[bone]
+        name = binding.skeleton.names[bone]
+        keyed = only_bones is None or name in only_bones
+        turn = to_armature * as_rotation(world_rotations[:, joint]) * corrections[bone]
+        if keyed:
+            basis = as_quaternions(base.inv() * turn, (clip.n_frames,))
+            mode = binding.rotation_modes[bone]
+            channels[name, rotation_property(mode)] = channels_from_quaternions(mode, basis)
+
+        offset = None
+        clip_parent = clip.skeleton.parents[joint]
+        if joint == 0 or not binding.keeps_parent[bone] or joint_of.get(parent, clip_parent) != clip_parent:
+            # It hangs from elsewhere in the skeleton, or from nothing: only its place in the world counts.
+            target = to_armature.apply(world_positions[:, joint] - binding.placement.translation) / scale
+            offset = target - position
+        else:
+            # Relative to the rest position, so that a character of other proportions keeps its own.
+            away = clip.translations[:, joint] - clip.skeleton.rest_translations[joint]
+            if np.abs(away).max() > _STILL:
+                carrier = as_rotation(world_rotations[:, clip_parent])
+                offset = to_armature.apply(carrier.apply(away)) / scale
+        if offset is not None and not binding.connected[bone]:
+            if keyed:
+                channels[name, "location"] = location_base.inv().apply(offset)
+            position = position + offset
+        elif joint == 0 and binding.connected[bone]:
+            raise ClipError(
+                f"Bone '{name}' of '{binding.object_name}' carries the character but is connected to its "
+                "parent, so that it cannot travel; switch off Connected in its bone relations."
+            )
+        poses[bone] = turn, position
+    return channels
+
+
+def _matches(binding: RigBinding, skeleton: Skeleton) -> tuple[list[int], list[int]]:
+    """Bones (joints of the binding) and joints (of the clip) that share a name."""
+    joint_of = {name: joint for joint, name in enumerate(skeleton.names)}
+    bones = [bone for bone, name in enumerate(binding.skeleton.names) if name in joint_of]
+    if skeleton.names[0] not in binding.skeleton.names:
+        raise ClipError(
+            f"The armature '{binding.object_name}' has no bone called '{skeleton.names[0]}', the root of the "
+            "motion; choose the armature that the motion graph was built from, or one with the same bone names."
+        )
+    return bones, [joint_of[binding.skeleton.names[bone]] for bone in bones]
+
+
+def _axis_corrections(binding: RigBinding, skeleton: Skeleton, bones, joints) -> dict[int, Rotation]:
+    """For each bone, the rotation from its joint's axes to its own: world bone = world joint * correction.
+
+    It is what lies between the two in the rest pose, once the two rest poses stand in the same direction.
+    """
+    own = binding.skeleton
+    if _same_rest(skeleton, own):
+        return {bone: Rotation.identity() for bone in bones}
+    joint_turns, joint_places = _rest_world(skeleton)
+    bone_turns, bone_places = _rest_world(own)
+    aligned = _heading_between(
+        joint_places[joints],
+        bone_places[bones],
+        as_rotation(joint_turns[0]).apply(skeleton.forward)[0],
+        as_rotation(bone_turns[0]).apply(own.forward)[0],
+    )
+    return {
+        bone: (aligned * as_rotation(joint_turns[joint])).inv() * as_rotation(bone_turns[bone])
+        for bone, joint in zip(bones, joints, strict=True)
+    }
+
+
+def _same_rest(skeleton: Skeleton, other: Skeleton) -> bool:
+    """Whether both have the same rest pose, wherever it stands in the world."""
+    if not skeleton.is_like(other):
+        return False
+    turned = 1 - np.abs(np.sum(skeleton.rest_rotations[1:] * other.rest_rotations[1:], axis=1))
+    moved = skeleton.rest_translations[1:] - other.rest_translations[1:]
+    return bool(np.all(turned < 1e-6) and np.all(np.abs(moved) < 1e-4) and skeleton.forward @ other.forward > 1 - 1e-6)
+
+
+def _rest_world(skeleton: Skeleton):
+    rotations, positions = world_transforms(
+        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
+    )
+    return rotations[0], positions[0]
+
+
+def _heading_between(places, target_places, forward, target_forward) -> Rotation:
+    """The turn about the vertical that best brings the (N, 3) rest positions over the target's (least
+    squares).
+
+    Where the positions do not tell, on a straight vertical chain, the forward directions do.
+    """
+    source = places[:, :2] - places[:, :2].mean(axis=0)
+    target = target_places[:, :2] - target_places[:, :2].mean(axis=0)
+    along = np.sum(source * target)
+    across = np.sum(source[:, 0] * target[:, 1] - source[:, 1] * target[:, 0])
+    size = np.sqrt(np.sum(source**2) * np.sum(target**2))
+    if np.hypot(along, across) > 1e-4 * max(np.ptp(places, axis=0).max() ** 2, 1e-9) and size > 0:
+        angle = np.arctan2(across, along)
+    else:
+        angle = np.arctan2(target_forward[1], target_forward[0]) - np.arctan2(forward[1], forward[0])
+    return Rotation.from_euler("z", angle)

@@ -1,0 +1,236 @@
+"""Motion capture files through Blender's importer."""
+
+import os
+import shutil
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import guess_bvh_scale
+from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_folder
+from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, read_clips
+from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
+from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
+from bl_ext.user_default.wayfarer.core.errors import ClipError
+from tests.core.bvh import read_bvh
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA = Path(os.environ.get("WAYFARER_DATA", ROOT.parent / "shared" / "data")) / "cmu16"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no motion data at {DATA} (see WAYFARER_DATA)")
+
+JOINTS = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT LeftUpLeg
+  {
+    OFFSET 10 -10 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 -80 5
+    }
+  }
+  JOINT RightUpLeg
+  {
+    OFFSET -10 -10 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 -80 5
+    }
+  }
+  JOINT Head
+  {
+    OFFSET 0 60 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 20 0
+    }
+  }
+}
+"""
+
+
+def bvh(n_frames=10, frame_time=0.05, seed=0, joints=JOINTS, announced=None):
+    values = np.random.default_rng(seed).uniform(-60, 60, (n_frames, 15))
+    lines = "\n".join(" ".join(f"{value:.4f}" for value in row) for row in values)
+    return f"{joints}MOTION\nFrames: {announced or n_frames}\nFrame Time: {frame_time}\n{lines}\n"
+
+
+def datablocks():
+    return {name: len(getattr(bpy.data, name)) for name in ("objects", "armatures", "actions", "meshes")}
+
+
+@pytest.fixture
+def cmu(tmp_path):
+    def copied(*names):
+        for name in names:
+            shutil.copy(DATA / f"{name}.bvh", tmp_path)
+        return tmp_path
+
+    return copied
+
+
+@needs_data
+def test_same_motion_as_an_independent_reader(cmu):
+    names = ["16_10", "16_16", "16_19"]
+    bpy.context.scene.render.fps = 24
+    armature, actions, problems = import_bvh_folder(cmu(*names))
+    assert problems == [] and [action.name for action in actions] == names
+    clips, problems = read_clips(armature, actions)
+    assert problems == []
+    for clip in clips:
+        expected = read_bvh(DATA / f"{clip.name}.bvh")
+        assert clip.n_frames == expected.n_frames and clip.frame_rate == expected.frame_rate == 120
+        joints = [clip.skeleton.index(name) for name in expected.skeleton.names]
+        assert joints[0] == 0 and sorted(joints) == list(range(31))
+        np.testing.assert_allclose(clip.world[1][:, joints], expected.world[1], atol=1e-4)
+        np.testing.assert_allclose(clip.ground_path, expected.ground_path, atol=1e-4)
+
+
+@needs_data
+def test_one_armature_for_all_files(cmu):
+    scene = bpy.context.scene
+    scene.render.fps, scene.frame_end = 24, 77
+    armature, actions, _ = import_bvh_folder(cmu("16_16", "16_21", "16_22"))
+    assert datablocks() == {"objects": 1, "armatures": 1, "actions": 3, "meshes": 0}
+    assert scene.render.fps == 24 and scene.frame_end == 77
+    assert armature.name in scene.collection.objects
+    assert armature.animation_data.action == actions[0]
+    for action in actions:
+        assert action["wayfarer_frame_rate"] == 120 and action.use_fake_user
+        armature.animation_data.action = action  # Blender finds the slot by itself
+        assert armature.animation_data.action_slot is not None
+
+
+@needs_data
+def test_a_recorded_walk_survives_the_round_trip(cmu):
+    armature, actions, _ = import_bvh_folder(cmu("16_16"))
+    armature.location, armature.rotation_euler.z = (1, -2, 0), 0.7
+    bpy.context.scene.render.fps = 120
+    clip = read_clip(armature, actions[0])
+    again = read_clip(armature, write_clip(armature, clip, "again"))
+    np.testing.assert_allclose(again.world[1], clip.world[1], atol=1e-5)
+    np.testing.assert_allclose(again.ground_path, clip.ground_path, atol=1e-5)
+
+
+@needs_data
+def test_scale_of_the_recordings():
+    for name in ("16_16", "16_09"):
+        assert guess_bvh_scale(DATA / f"{name}.bvh") == 0.056444
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale"), [(1, 0.01), (0.01, 1.0), (10, 0.001), (1 / 2.54, 0.0254), (0.01 / 0.056444, 0.056444)]
+)
+def test_guessed_scale(tmp_path, unit, scale):
+    """The same figure of 1.7 m, written in several units."""
+    joints = "\n".join(
+        "OFFSET " + " ".join(str(float(word) * unit) for word in line.split()[1:]) if "OFFSET" in line else line
+        for line in JOINTS.splitlines()
+    )
+    path = tmp_path / "figure.bvh"
+    path.write_text(bvh(joints=joints + "\n"))
+    assert guess_bvh_scale(path) == scale
+
+
+def test_scale_of_strange_units(tmp_path):
+    path = tmp_path / "figure.bvh"
+    path.write_text(bvh(joints=JOINTS.replace("-80 5", "-200080 5")))
+    assert guess_bvh_scale(path) == pytest.approx(1.7 / (200090 + 80), rel=1e-6)
+
+
+def test_files_of_different_rates(tmp_path):
+    (tmp_path / "a.bvh").write_text(bvh(20, 0.0083333))
+    (tmp_path / "B.BVH").write_text(bvh(30, 0.0333333, seed=1))
+    armature, actions, problems = import_bvh_folder(tmp_path)
+    assert problems == []
+    clips = {clip.name: clip for clip in read_clips(armature, actions)[0]}
+    assert clips["a"].frame_rate == 120 and clips["a"].n_frames == 20
+    assert clips["B"].frame_rate == 30 and clips["B"].n_frames == 30
+    assert clips["a"].first_frame == 1
+
+
+DAMAGED = {
+    "empty": "",
+    "text": "Not a BVH file at all\n",
+    "cut in a line": bvh(6)[:-40],
+    "cut in the skeleton": bvh(6)[:300],
+    "no motion": JOINTS,
+    "no frames": JOINTS + "MOTION\nFrames: 0\nFrame Time: 0.05\n",
+    "one frame": bvh(1),
+    "no frame time": bvh(6).replace("Frame Time: 0.05\n", ""),
+    "frame time of zero": bvh(6, 0),
+    "words for numbers": bvh(6).replace("OFFSET 0 60 0", "OFFSET 0 high 0"),
+    "word in the motion": bvh(6)[:-5] + "nan\n",
+    "not a number": bvh(6)[:-9] + " nan nan\n",
+    "beyond single precision": bvh(6).replace("Frame Time: 0.05\n", "Frame Time: 0.05\n1e45" + 14 * " 0" + "\n"),
+    "offset not a number": bvh(6).replace("OFFSET 0 60 0", "OFFSET 0 nan 0"),
+    "unknown rotation order": bvh(6).replace("Zrotation Xrotation Yrotation", "Zrotation Zrotation Yrotation"),
+    "binary": "\x00\x01\x02 HIERARCHY \x00",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+@pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
+def test_damaged_files_are_reported_and_leave_nothing_behind(tmp_path, damage, first):
+    (tmp_path / "good.bvh").write_text(bvh())
+    bad = tmp_path / ("a bad.bvh" if first else "z bad.bvh")
+    bad.write_text(DAMAGED[damage])
+    armature, actions, problems = import_bvh_folder(tmp_path)
+    assert armature.name == "good" and [action.name for action in actions] == ["good"]
+    [(name, reason)] = problems
+    assert name == bad.name and "bad" in reason and reason.endswith(".") and "Traceback" not in reason
+    assert datablocks() == {"objects": 1, "armatures": 1, "actions": 1, "meshes": 0}
+    assert armature.mode == "OBJECT"
+
+
+def test_another_skeleton_is_reported(tmp_path):
+    (tmp_path / "a.bvh").write_text(bvh())
+    (tmp_path / "b.bvh").write_text(bvh(joints=JOINTS.replace("Head", "Skull")))
+    (tmp_path / "c.bvh").write_text(bvh(seed=1))
+    armature, actions, problems = import_bvh_folder(tmp_path)
+    assert [action.name for action in actions] == ["a", "c"]
+    [(name, reason)] = problems
+    assert name == "b.bvh" and "'Head'" in reason
+    assert datablocks() == {"objects": 1, "armatures": 1, "actions": 2, "meshes": 0}
+    assert len(read_clips(armature, actions)[0]) == 2
+
+
+def test_nothing_usable(tmp_path):
+    with pytest.raises(ClipError, match="no BVH files"):
+        import_bvh_folder(tmp_path)
+    (tmp_path / "bad.bvh").write_text("no")
+    with pytest.raises(ClipError, match=r"None of the BVH files.*bad\.bvh"):
+        import_bvh_folder(tmp_path)
+    assert sum(datablocks().values()) == 0
+
+
+def test_other_things_in_the_scene_are_left_alone(tmp_path):
+    (tmp_path / "a.bvh").write_text(bvh())
+    (tmp_path / "b.bvh").write_text("no")
+    mesh = bpy.data.objects.new("Mesh", bpy.data.meshes.new("Mesh"))
+    bpy.context.scene.collection.objects.link(mesh)
+    mesh.rotation_euler.x = 1.0
+    bpy.context.view_layer.update()
+    bpy.context.view_layer.objects.active = mesh
+    mesh.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    import_bvh_folder(tmp_path)
+    assert mesh.mode == "OBJECT" and mesh.rotation_euler.x == 1.0
+    assert datablocks() == {"objects": 2, "armatures": 1, "actions": 1, "meshes": 1}
+
+
+def test_axes_and_forward(tmp_path):
+    (tmp_path / "a.bvh").write_text(bvh())
+    armature, _, _ = import_bvh_folder(tmp_path)
+    binding = bind_rig(armature)
+    assert binding.skeleton.names[0] == "Hips"
+    heads = {bone.name: np.array(armature.matrix_world @ bone.head_local) for bone in armature.data.bones}
+    np.testing.assert_allclose(heads["Head"] - heads["Hips"], [0, 0, 0.6], atol=1e-6)
+    np.testing.assert_allclose(heads["LeftUpLeg"] - heads["Hips"], [0.1, 0, -0.1], atol=1e-6)

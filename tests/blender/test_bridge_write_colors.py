@@ -1,0 +1,127 @@
+"""The coloured ground."""
+
+import time
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ATTRIBUTE, ground_grid, paint
+
+
+def grid(nx=7, ny=5, **changes):
+    place = {"x0": -1.0, "y0": 2.0, "cell_size": 0.25, "z": 0.01} | changes
+    return ground_grid("Map", nx=nx, ny=ny, collection=bpy.context.scene.collection, **place)
+
+
+def random_colors(nx, ny, seed=0):
+    return np.random.default_rng(seed).random((nx, ny, 4), dtype=np.float32)
+
+
+def painted(obj, attribute=ATTRIBUTE):
+    layer = obj.data.color_attributes[attribute]
+    values = np.empty(4 * len(layer.data), dtype=np.float32)
+    layer.data.foreach_get("color", values)
+    return values.reshape(-1, 4)
+
+
+def test_each_cell_lies_in_its_place_with_its_colour():
+    obj = grid()
+    colors = random_colors(7, 5)
+    paint(obj, colors)
+    assert obj.name in bpy.context.scene.collection.objects
+    corner_colors = painted(obj)
+    centres = np.array([polygon.center for polygon in obj.data.polygons])
+    for polygon, centre in zip(obj.data.polygons, centres, strict=True):
+        ix, iy = int((centre[0] + 1) / 0.25), int((centre[1] - 2) / 0.25)
+        np.testing.assert_allclose(centre, [-1 + (ix + 0.5) * 0.25, 2 + (iy + 0.5) * 0.25, 0.01], atol=1e-6)
+        for vertex in polygon.vertices:
+            np.testing.assert_array_equal(corner_colors[vertex], colors[ix, iy])
+        assert polygon.normal.z == pytest.approx(1)
+        assert polygon.area == pytest.approx(0.25**2)
+    assert obj.data.validate() is False  # nothing to repair
+
+
+def test_painting_again_reuses_mesh_and_material():
+    obj = grid()
+    paint(obj, random_colors(7, 5))
+    mesh, n_materials = obj.data, len(bpy.data.materials)
+    again = grid(x0=3.0)
+    assert again == obj and again.data == mesh
+    assert min(vertex.co.x for vertex in mesh.vertices) == pytest.approx(3)
+    colors = random_colors(7, 5, seed=1)
+    paint(again, colors)
+    np.testing.assert_array_equal(painted(obj)[::4], colors.reshape(-1, 4))
+    shown = again.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    np.testing.assert_array_equal(painted(shown)[::4], colors.reshape(-1, 4))
+    assert len(mesh.color_attributes) == 1 and len(bpy.data.materials) == n_materials
+    assert len(bpy.data.objects) == 1 and len(bpy.data.meshes) == 1
+
+
+def test_another_size():
+    paint(grid(), random_colors(7, 5))
+    obj = grid(nx=4, ny=9)
+    assert len(obj.data.polygons) == 36
+    colors = random_colors(4, 9)
+    paint(obj, colors)
+    np.testing.assert_array_equal(painted(obj)[::4], colors.reshape(-1, 4))
+    with pytest.raises(ValueError, match="cells"):
+        paint(obj, random_colors(7, 5))
+
+
+def test_attribute_is_the_one_that_is_shown():
+    obj = grid()
+    obj.data.color_attributes.new("Other", "FLOAT_COLOR", "POINT")
+    paint(obj, random_colors(7, 5))
+    assert obj.data.color_attributes.active_color.name == ATTRIBUTE
+    assert obj.data.color_attributes[obj.data.color_attributes.render_color_index].name == ATTRIBUTE
+
+
+def test_two_attributes_take_turns():
+    obj = grid()
+    for name in ("First", "Second", "First"):
+        paint(obj, random_colors(7, 5), name)
+        assert obj.data.color_attributes.active_color_name == name
+        assert obj.data.materials[0].name == name
+
+
+def test_someone_elses_object_of_that_name_is_left_alone():
+    other = bpy.data.objects.new("Map", bpy.data.meshes.new("Map"))
+    bpy.context.scene.collection.objects.link(other)
+    obj = grid()
+    assert obj != other and len(other.data.polygons) == 0
+
+
+@pytest.mark.parametrize("engine", ["BLENDER_WORKBENCH", "CYCLES"])
+def test_pictures_show_the_colours(engine, tmp_path):
+    obj = grid(nx=2, ny=1, x0=0.0, y0=0.0, cell_size=1.0)
+    paint(obj, np.array([[[1, 0, 0, 1]], [[0, 0, 1, 1]]], dtype=np.float32))
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    camera.location = (1, 0.5, 5)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 2.0
+    scene.camera = camera
+    scene.render.engine = engine
+    scene.render.resolution_x, scene.render.resolution_y = 32, 16
+    scene.view_settings.view_transform = "Standard"
+    scene.display.shading.light, scene.display.shading.color_type = "FLAT", "VERTEX"
+    scene.cycles.samples = 4
+    scene.render.filepath = str(tmp_path / "map.png")
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(scene.render.filepath)
+    pixels = np.array(image.pixels[:]).reshape(16, 32, 4)
+    np.testing.assert_allclose(pixels[8, 8, :3], [1, 0, 0], atol=0.02)
+    np.testing.assert_allclose(pixels[8, 24, :3], [0, 0, 1], atol=0.02)
+
+
+def test_speed():
+    for nx, ny, limit in ((56, 64, 0.005), (800, 800, 0.1)):
+        obj = ground_grid("Speed", 0, 0, 0.125, nx, ny, 0, bpy.context.scene.collection)
+        colors = random_colors(nx, ny)
+        times = []
+        for _ in range(5):
+            start = time.perf_counter()
+            paint(obj, colors)
+            times.append(time.perf_counter() - start)
+        assert min(times) < 2 * limit
