@@ -24,3 +24,15 @@ def finish(steps: Generator[Progress, None, Result], report: Callable[[Progress]
             return stop.value
         if report is not None:
             report(progress)
+
+
+def portion(
+    steps: Generator[Progress, None, Result], start: float, end: float
+) -> Generator[Progress, None, Result]:
+    """The same work as a part of a longer one: its progress runs from ``start`` to ``end``."""
+    while True:
+        try:
+            progress = next(steps)
+        except StopIteration as stop:
+            return stop.value
+        yield Progress(start + (end - start) * progress.fraction, progress.message)

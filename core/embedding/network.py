@@ -254,6 +254,10 @@ def difference(a: Nodes, b: Nodes) -> Nodes:
     return [x ^ y for x, y in zip(a, b, strict=True)]
 
 
+def union(a: Nodes, b: Nodes) -> Nodes:
+    return [x | y for x, y in zip(a, b, strict=True)]
+
+
 def _union(bundles: Iterable[int]) -> int:
     union = 0
     for bundle in bundles:

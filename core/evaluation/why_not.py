@@ -1,0 +1,138 @@
+"""Why is a place not in the embedding? A reason for every grid element, and the links that the scene cost."""
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
+from ..embedding.unroll import unroll_steps
+from ..environment.grid import SUBDIVISION
+from ..progress import Progress, finish
+
+
+class Reason(IntEnum):
+    """Why no segment of the embedding ends at a grid element; the first that applies."""
+
+    EMBEDDED = 0
+    """It is in the embedding."""
+    BLOCKED = 1
+    """An obstacle is closer than the character's radius."""
+    FORBIDDEN = 2
+    """The regions allow no frame there, whatever its tags."""
+    NO_WAY_OUT = 3
+    """The embedding leads there, but nothing that arrives there leads back."""
+    NO_WAY_IN = 4
+    """From there a way leads into the embedding, but the embedding does not lead there."""
+    NO_MATCH = 5
+    """It can be entered from the embedding, and left towards it, but not by segments that may follow one another."""
+    OTHER_COMPONENT = 6
+    """Endless walks pass there, but the embedding neither leads to them nor can be reached from them."""
+    UNREACHABLE = 7
+    """No segment fits there, or only walks that begin and end nowhere."""
+
+
+def why_not(embedding: Embedding) -> np.ndarray:
+    """(nx, ny, n_headings) uint8 array of :class:`Reason` for every grid element."""
+    return finish(why_not_steps(embedding))
+
+
+def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
+    """As :func:`why_not`, as a generator that yields progress."""
+    network = embedding.network
+    nodes = network.bundles(list(embedding.planes))
+    everything = network.image(network.everything())
+    yield Progress(0.2, "Following the ways out of the embedding")
+    reached = network.reached_from(nodes, union(everything, nodes))
+    yield Progress(0.4, "Following the ways into the embedding")
+    # Where a character could start: it need not have arrived by any segment.
+    leading = network.reaching(nodes, network.everything())
+    yield Progress(0.6, "Looking for other components")
+    apart = difference(everything, intersection(everything, union(reached, leading)))
+    elsewhere = _endless(network, apart)
+    yield Progress(0.9, "Naming reasons")
+
+    grid = embedding.environment.grid
+    at = _places(network, nodes)
+    entered, left, other = _places(network, reached), _places(network, leading), _places(network, elsewhere)
+    allowed = np.zeros(grid.shape[:2], dtype=bool)
+    middle = slice(SUBDIVISION // 2, None, SUBDIVISION)
+    for tags in embedding.unrolling.sweep.classes:
+        allowed |= embedding.environment.free_samples(tags)[middle, middle]
+    free = embedding.environment.free_cells()
+
+    reason = np.full(grid.shape, Reason.UNREACHABLE, dtype=np.uint8)
+    reason[other] = Reason.OTHER_COMPONENT
+    reason[entered & left] = Reason.NO_MATCH
+    reason[left & ~entered] = Reason.NO_WAY_IN
+    reason[entered & ~left] = Reason.NO_WAY_OUT
+    reason[~allowed] = Reason.FORBIDDEN
+    reason[~free] = Reason.BLOCKED
+    reason[at] = Reason.EMBEDDED
+    return reason
+
+
+def _endless(network: StepNetwork, nodes: Nodes) -> Nodes:
+    """The part of ``nodes`` on walks without beginning or end: on other components, or between two of them."""
+    while True:
+        trimmed = network.trim(nodes)
+        if count(trimmed) == count(nodes):
+            return trimmed
+        nodes = trimmed
+
+
+def _places(network: StepNetwork, nodes: Nodes) -> np.ndarray:
+    """(nx, ny, n_headings) bool: where a set has a node of any segment."""
+    n_blocks = network.n_blocks
+    planes = []
+    for block in range(n_blocks):
+        shared = 0
+        for segment in range(network.n_segments):
+            shared |= nodes[segment * n_blocks + block]
+        planes += network.planes(shared)
+    return np.stack([network.layout.unpack(plane) for plane in planes], axis=2)
+
+
+@dataclass(frozen=True)
+class LostLinks:
+    """One-step links of an empty ground, by what became of them.
+
+    Attributes
+    ----------
+    possible : int
+        Links whose path stays on the ground, with nothing standing on it.
+    obstacles : int
+        Of these, links that an obstacle blocks.
+    regions : int
+        Of the rest, links that a region's rule forbids.
+    free : int
+        What is left; the embedding keeps those inside its component.
+    embedded : int
+        Links of the embedding.
+    """
+
+    possible: int
+    obstacles: int
+    regions: int
+    free: int
+    embedded: int
+
+
+def lost_links(embedding: Embedding) -> LostLinks:
+    """Count the one-step links that obstacles and regions cost."""
+    environment = embedding.environment
+    bare = replace(environment, blocked=np.zeros_like(environment.blocked), regions=())
+    unruled = replace(environment, regions=())
+    possible = _n_links(embedding, finish(unroll_steps(embedding.unrolling.sweep, bare)).valid)
+    unblocked = _n_links(embedding, finish(unroll_steps(embedding.unrolling.sweep, unruled)).valid)
+    free = _n_links(embedding, embedding.unrolling.valid)
+    return LostLinks(possible, possible - unblocked, unblocked - free, free, embedding.n_links)
+
+
+def _n_links(embedding: Embedding, valid: tuple[int, ...]) -> int:
+    """Links of all one-step paths: each start cell counts once for every parent that may have led there."""
+    n_parents = [len(parents) for parents in embedding.network.parents]
+    segments = embedding.unrolling.stencils.segment.tolist()
+    return sum(plane.bit_count() * n_parents[s] for plane, s in zip(valid, segments, strict=True))

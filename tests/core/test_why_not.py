@@ -1,0 +1,96 @@
+"""Reasons for what is outside the embedding, against the explicit links."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintSettings
+from core.embedding.sweep import tag_classes
+from core.environment.environment import Environment
+from core.evaluation.why_not import Reason, lost_links, why_not
+
+from .reference import explicit_embedding, point_free, random_problem
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+def followed(links, start):
+    """All nodes that links (a, b) lead to from the set ``start``, which is part of the answer."""
+    found, edge = set(start), set(start)
+    while edge:
+        edge = {b for a, b in links if a in edge} - found
+        found |= edge
+    return found
+
+
+def slow_reasons(embedding, slow):
+    nodes, links = set(slow.nodes.tolist()), set(map(tuple, slow.all_links.tolist()))
+    reached = followed(links, nodes)
+    leading = followed({(b, a) for a, b in links}, nodes)
+    apart = {b for _, b in links} - reached - leading
+    while True:
+        inside = {(a, b) for a, b in links if a in apart and b in apart}
+        kept = {a for a, _ in inside} & {b for _, b in inside}
+        if kept == apart:
+            break
+        apart = kept
+    grid, environment = embedding.environment.grid, embedding.environment
+    classes, _ = tag_classes(embedding.graph.segments, environment.tags)
+    bare = Environment(grid, environment.blocked)
+    reasons = np.empty(grid.shape, dtype=int)
+    for x, y, heading in np.ndindex(grid.shape):
+        first = np.ravel_multi_index((x, y, heading, 0), slow.shape)
+        here = set(range(first, first + slow.shape[3]))
+        centre = (4 * x + 2, 4 * y + 2)
+        if here & nodes:
+            reason = Reason.EMBEDDED
+        elif not point_free(bare, frozenset(), centre):
+            reason = Reason.BLOCKED
+        elif not any(point_free(environment, tags, centre) for tags in classes):
+            reason = Reason.FORBIDDEN
+        elif here & reached:
+            reason = Reason.NO_MATCH if here & leading else Reason.NO_WAY_OUT
+        elif here & leading:
+            reason = Reason.NO_WAY_IN
+        else:
+            reason = Reason.OTHER_COMPONENT if here & apart else Reason.UNREACHABLE
+        reasons[x, y, heading] = reason
+    return reasons
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_reasons_equal_those_of_the_explicit_links(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
+    assert np.array_equal(why_not(embedding), slow_reasons(embedding, slow))
+
+
+def test_every_reason_occurs_in_the_random_problems():
+    """Guards the test above: no reason goes untested."""
+    found = set()
+    for seed in range(400):
+        found |= set(np.unique(why_not(embed(*random_problem(seed, seed % 2 == 0), SETTINGS))).tolist())
+        if len(found) == len(Reason):
+            return
+    pytest.fail(f"never seen: {set(Reason) - found}")
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_lost_links_add_up(seed, tiled):
+    graph, environment = random_problem(seed, tiled)
+    embedding = embed(graph, environment, SETTINGS)
+    lost = lost_links(embedding)
+    bare = Environment(environment.grid, np.zeros_like(environment.blocked))
+    unruled = Environment(environment.grid, environment.blocked)
+    possible, unblocked, free = (
+        len(explicit_embedding(graph, e, SETTINGS).all_links) for e in (bare, unruled, environment)
+    )
+    assert (lost.possible, lost.obstacles, lost.regions, lost.free) == (
+        possible,
+        possible - unblocked,
+        unblocked - free,
+        free,
+    )
+    assert lost.embedded == embedding.n_links
