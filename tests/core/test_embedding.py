@@ -1,11 +1,13 @@
 """The bit-plane embedding against the explicit one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.embedding import EmbeddingSettings, embed, embed_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
 from core.environment.environment import Environment
 from core.environment.grid import Grid
@@ -90,6 +92,49 @@ def test_footprint_equals_brute_force(seed, settings):
         for heading in range(0, grid.n_headings, 3):
             slow = brute_force_footprint(segment, heading, grid, settings)
             assert {f[1:] for f in found if f[0] == heading} == slow
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_re_embedding_after_a_move_equals_embedding_from_scratch(seed, tiled):
+    """A chain of changed obstacles and regions, each embedded with the help of the one before."""
+    graph, environment = random_problem(seed, tiled)
+    rng = np.random.default_rng(seed)
+    previous = embed(graph, environment, EmbeddingSettings(FOOTPRINTS[1]))
+    for change in range(4):
+        blocked = environment.blocked.copy()
+        x, y = rng.integers(0, blocked.shape)
+        blocked[x : x + 3, y : y + 3] ^= change != 2  # the third change is none at all
+        regions = tuple(replace(r, mask=np.roll(r.mask, int(rng.integers(3)), axis=0)) for r in environment.regions)
+        if change == 3:  # another rule for the same tags, or other tags: then nothing may be kept that depends on them
+            regions = regions[1:]
+        environment = Environment(environment.grid, blocked, regions)
+        helped = embed(graph, environment, previous.settings, previous=previous)
+        scratch = embed(graph, environment, previous.settings)
+        assert helped.planes == scratch.planes
+        assert helped.unrolling.valid == scratch.unrolling.valid
+        previous = helped
+
+
+def test_a_previous_embedding_of_something_else_is_no_help():
+    """Other footprints, another grid, another graph: the result must not borrow anything from the previous one."""
+    graph, environment = random_problem(1, True)
+    previous = embed(graph, environment)
+    wide = EmbeddingSettings(FOOTPRINTS[1])
+    assert embed(graph, environment, wide, previous).planes == embed(graph, environment, wide).planes
+    assert embed(graph, environment, wide).n_nodes > previous.n_nodes
+    other = random_problem(2, True)
+    assert embed(*other, previous=previous).planes == embed(*other).planes
+
+
+def test_cancelling_is_possible_at_every_step():
+    graph, environment = random_problem(1, True)
+    n_steps = len(list(embed_steps(graph, environment)))
+    assert n_steps >= 5
+    for stop in range(n_steps):
+        steps = embed_steps(graph, environment)
+        for _ in range(stop + 1):
+            assert 0 <= next(steps).fraction <= 1
+        steps.close()
 
 
 def test_refuses_what_does_not_fit_into_memory():

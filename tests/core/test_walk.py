@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
-from core.embedding.footprint import FootprintSettings
+from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import Region, RegionRule
@@ -124,6 +124,50 @@ def test_100_000_steps_without_a_dead_end_or_a_collision(room):
         assert walk.duration * frame_rate == len(path) - 1
     if room.environment.regions:
         assert crossed > 20, "the walks never stepped over the step"
+
+
+def random_steps(embedding, rng, n):
+    """About n random links of an embedding: yields (stencil, (m, 2) start cells) for every stencil in use."""
+    network, unrolling = embedding.network, embedding.unrolling
+    stencils, n_headings = unrolling.stencils, unrolling.stencils.n_headings
+    share = n / len(stencils)
+    for k, valid in enumerate(unrolling.valid):
+        segment, heading, turned = (
+            int(a[k]) for a in (stencils.segment, stencils.heading, stencils.destination_heading)
+        )
+        standing = np.zeros(embedding.shape[:2], dtype=bool)
+        for parent in network.parents[segment]:
+            standing |= unrolling.layout.unpack(embedding.planes[parent * n_headings + heading])
+        there = unrolling.layout.unpack(embedding.planes[segment * n_headings + turned])
+        cells = np.argwhere(standing & unrolling.layout.unpack(valid))
+        end = cells + [stencils.dx[k], stencils.dy[k]]
+        cells = cells[there[end[:, 0], end[:, 1]]]
+        if len(cells):
+            yield k, cells[rng.integers(len(cells), size=int(np.ceil(share)))]
+
+
+def test_a_million_steps_keep_their_distance_in_exact_geometry(room):
+    """Every frame of every edited path, and the middle between frames, in plane geometry without any grid."""
+    stencils, grid, segments = room.unrolling.stencils, room.environment.grid, room.graph.segments
+    n_steps, closest, closest_untagged = 0, np.inf, np.inf
+    for k, cells in random_steps(room, np.random.default_rng(9), 1.2e6):
+        segment = segments[stencils.segment[k]]
+        path = edited_path(
+            segment, int(stencils.heading[k]), grid, stencils.position_error[k], stencils.heading_error[k]
+        )[:, :2]
+        path = np.concatenate([path, (path[1:] + path[:-1]) / 2])
+        points = (grid.positions(cells)[:, None] + path).reshape(-1, 2)
+        assert np.all((points >= 0) & (points <= [7, 8]))
+        closest = min(closest, *(box_distance(points, pillar).min() for pillar in PILLARS))
+        if room.environment.regions:
+            tagged = segment.tags.get("step", np.zeros(segment.n_frames, dtype=bool))
+            both = np.concatenate([tagged, tagged[1:] & tagged[:-1]])
+            untagged = (grid.positions(cells)[:, None] + path[~both]).reshape(-1, 2)
+            closest_untagged = min(closest_untagged, box_distance(untagged, STEP).min(initial=np.inf))
+        n_steps += len(cells)
+    assert n_steps >= 1_000_000
+    assert RADIUS - 1e-9 <= closest < RADIUS + 2 * grid.sample_size, "too close, or so careful that space is wasted"
+    assert closest_untagged >= MARGIN - 1e-9
 
 
 def test_nearest_node_is_near(room):
