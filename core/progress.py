@@ -26,9 +26,7 @@ def finish(steps: Generator[Progress, None, Result], report: Callable[[Progress]
             report(progress)
 
 
-def portion(
-    steps: Generator[Progress, None, Result], start: float, end: float
-) -> Generator[Progress, None, Result]:
+def portion(steps: Generator[Progress, None, Result], start: float, end: float) -> Generator[Progress, None, Result]:
     """The same work as a part of a longer one: its progress runs from ``start`` to ``end``."""
     while True:
         try:

@@ -1,6 +1,6 @@
 """The embedding: the motion graph unrolled into the grid and reduced to its largest strongly connected component."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,7 +10,7 @@ from scipy import sparse
 from ..environment.environment import Environment
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
-from ..progress import Progress, finish
+from ..progress import Progress, finish, portion
 from .component import largest_component_steps
 from .footprint import FootprintSettings
 from .network import StepNetwork
@@ -71,7 +71,35 @@ class Embedding:
 
     @cached_property
     def n_links(self) -> int:
-        return int(self.out_degree().sum(dtype=np.int64))
+        stencils, parents = self.unrolling.stencils, self.network.parents
+        starts = zip(stencils.segment.tolist(), stencils.heading.tolist(), self._able_starts(), strict=True)
+        return sum(
+            (self.planes[parent * stencils.n_headings + heading] & able).bit_count()
+            for segment, heading, able in starts
+            if able
+            for parent in parents[segment]
+        )
+
+    def covered(self) -> np.ndarray:
+        """(nx, ny, n_headings) bool: whether any segment's node stands at p."""
+        nx, ny, n_headings, n_segments = self.shape
+        covered = np.empty((nx, ny, n_headings), dtype=bool)
+        for heading in range(n_headings):
+            shared = 0
+            for segment in range(n_segments):
+                shared |= self.planes[segment * n_headings + heading]
+            covered[:, :, heading] = self.unrolling.layout.unpack(shared)
+        return covered
+
+    def _able_starts(self) -> Iterator[int]:
+        """For each stencil, the plane of start cells from which it leads to a node of the embedding."""
+        layout, stencils = self.unrolling.layout, self.unrolling.stencils
+        arrivals = (stencils.segment * stencils.n_headings + stencils.destination_heading).tolist()
+        shifts = layout.shift(stencils.dx, stencils.dy).tolist()
+        extended = [layout.extend(plane) for plane in self.planes]
+        for arrival, shift, valid in zip(arrivals, shifts, self.unrolling.valid, strict=True):
+            there = extended[arrival]
+            yield valid & (there >> shift if shift >= 0 else there << -shift)
 
     def node_mask(self) -> np.ndarray:
         """(nx, ny, n_headings, n_segments) bool: whether (p, c) is a node of the embedding."""
@@ -125,17 +153,11 @@ class Embedding:
 
     @cached_property
     def _out_degree_by_plane(self) -> np.ndarray:
-        layout, stencils = self.unrolling.layout, self.unrolling.stencils
         landing = np.zeros(self._mask_by_plane.shape, dtype=np.int32)
-        starts, arrivals = self._stencil_planes
-        shifts = layout.shift(stencils.dx, stencils.dy).tolist()
-        extended = [layout.extend(plane) for plane in self.planes]
-        for k, valid in enumerate(self.unrolling.valid):
-            if valid:
-                there, shift = extended[arrivals[k]], shifts[k]
-                able = valid & (there >> shift if shift >= 0 else there << -shift)
-                if able:
-                    landing[starts[k]] += layout.unpack(able)
+        starts, _ = self._stencil_planes
+        for start, able in zip(starts.tolist(), self._able_starts(), strict=True):
+            if able:
+                landing[start] += self.unrolling.layout.unpack(able)
         return self._over_links(self._adjacency, landing) * self._mask_by_plane
 
     @property
@@ -210,12 +232,12 @@ def embed_steps(
         stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
         _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
         steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
-        sweep = yield from _scaled(steps, 0.0, 0.3)
-    unrolling = yield from _scaled(unroll_steps(sweep, environment), 0.3, 0.5)
+        sweep = yield from portion(steps, 0.0, 0.3)
+    unrolling = yield from portion(unroll_steps(sweep, environment), 0.3, 0.5)
     if previous is not None and unrolling.valid == previous.unrolling.valid:
         return Embedding(graph, environment, settings, unrolling, previous.planes)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
-    nodes = yield from _scaled(largest_component_steps(network), 0.5, 1.0)
+    nodes = yield from portion(largest_component_steps(network), 0.5, 1.0)
     planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
     return Embedding(graph, environment, settings, unrolling, planes)
 
@@ -252,16 +274,6 @@ def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environmen
         and previous.environment.tags == environment.tags
         and previous.settings == settings
     )
-
-
-def _scaled(steps, low: float, high: float):
-    """Progress of a part of the work, as progress of the whole."""
-    while True:
-        try:
-            progress = next(steps)
-        except StopIteration as stop:
-            return stop.value
-        yield Progress(low + (high - low) * progress.fraction, progress.message)
 
 
 def _refuse_if_too_large(graph: MotionGraph, environment: Environment, n_stencils: int, limit: float) -> None:

@@ -24,8 +24,12 @@ def floor_variability(embedding: Embedding) -> np.ndarray:
 
 
 def coverage(embedding: Embedding) -> np.ndarray:
-    """(nx, ny, n_headings) bool: whether the character can pass through p (eq. 3)."""
-    return variability(embedding) > 0
+    """(nx, ny, n_headings) bool: whether the character can pass through p (eq. 3).
+
+    Variability is positive exactly where there is a node: in a strongly connected component, links lead to each of
+    its nodes and from it.
+    """
+    return embedding.covered()
 
 
 def coverage_share(embedding: Embedding) -> float:

@@ -31,6 +31,9 @@ class MotionClip:
         For each tag, the frames that carry it.
     first_frame : float
         Frame number of the first sample in the source action, counted in samples of ``frame_rate``.
+    heading : (F,) float array, optional
+        Unwrapped heading in radians, where it is not that of the root's forward axis: see
+        :func:`core.motion.heading.with_steady_heading`.
     """
 
     name: str
@@ -40,6 +43,7 @@ class MotionClip:
     translations: np.ndarray
     tags: Mapping[str, np.ndarray] = field(default_factory=dict)
     first_frame: float = 0.0
+    heading: np.ndarray | None = None
 
     def __post_init__(self):
         n_frames, n_joints = len(self.rotations), self.skeleton.n_joints
@@ -63,6 +67,8 @@ class MotionClip:
         for tag, mask in self.tags.items():
             if np.shape(mask) != (n_frames,):
                 raise ClipError(f"Clip '{self.name}': the tag '{tag}' needs one entry per frame.")
+        if self.heading is not None and not (np.shape(self.heading) == (n_frames,) and np.isfinite(self.heading).all()):
+            raise ClipError(f"Clip '{self.name}': the heading needs one angle per frame.")
 
     @property
     def n_frames(self) -> int:
@@ -75,15 +81,23 @@ class MotionClip:
 
     @cached_property
     def ground_path(self) -> np.ndarray:
-        """(F, 3) x, y in metres and unwrapped heading in radians: the root projected on the ground."""
+        """(F, 3) x, y in metres and unwrapped heading in radians: the root projected on the ground.
+
+        The heading is ``heading`` if that is given, that of the root's forward axis otherwise.
+        """
+        heading = self.root_heading if self.heading is None else self.heading
+        return np.column_stack([self.translations[:, 0, :2], heading])
+
+    @cached_property
+    def root_heading(self) -> np.ndarray:
+        """(F,) unwrapped heading of the root's forward axis in radians; ClipError where it points up or down."""
         forward = as_rotation(self.rotations[:, 0]).apply(self.skeleton.forward)
         if np.any(np.hypot(forward[:, 0], forward[:, 1]) < 1e-3):
             raise ClipError(
                 f"Clip '{self.name}': the forward axis of bone '{self.skeleton.names[0]}' points straight up or "
                 "down, so that it has no heading; choose another forward axis or trim those frames."
             )
-        heading = np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
-        return np.column_stack([self.translations[:, 0, :2], heading])
+        return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
 
     @cached_property
     def world(self) -> tuple[np.ndarray, np.ndarray]:
@@ -106,6 +120,7 @@ class MotionClip:
         rotations = _slerp(self.rotations[before], self.rotations[before + 1], weight)
         translations = self.translations[before] * (1 - weight) + self.translations[before + 1] * weight
         nearest = np.rint(times * self.frame_rate).astype(int)
+        every = np.arange(self.n_frames)
         return replace(
             self,
             frame_rate=frame_rate,
@@ -113,6 +128,7 @@ class MotionClip:
             translations=translations,
             tags={tag: np.asarray(mask)[nearest] for tag, mask in self.tags.items()},
             first_frame=self.first_frame * frame_rate / self.frame_rate,
+            heading=None if self.heading is None else np.interp(times * self.frame_rate, every, self.heading),
         )
 
 

@@ -69,16 +69,9 @@ def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str 
             tags[tag][frames] |= mask
 
     path = walk.root_path
-    root = _without_heading(as_rotation(rotations[:, 0]), skeleton.forward)
-    rotations[:, 0] = as_quaternions(_about_z(path[:, 2]) * root, (n_frames,))
+    rotations[:, 0] = as_quaternions(_about_z(path[:, 2]) * as_rotation(rotations[:, 0]), (n_frames,))
     translations[:, 0, :2] = path[:, :2]
-    return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, tags)
-
-
-def _without_heading(root: Rotation, forward: np.ndarray) -> Rotation:
-    """Root orientations turned about Z so that they face +X: the tilt that is left."""
-    facing = root.apply(forward)
-    return _about_z(-np.arctan2(facing[:, 1], facing[:, 0])) * root
+    return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, tags, heading=path[:, 2])
 
 
 def _about_z(angles: np.ndarray) -> Rotation:
@@ -86,11 +79,13 @@ def _about_z(angles: np.ndarray) -> Rotation:
 
 
 def _grounded(clip: MotionClip) -> MotionClip:
-    """The clip with its root's place and heading taken away, tilt and height kept."""
+    """The clip with its place and heading taken away: what is left of the root is its height and its tilt.
+
+    Where the heading is steadier than the root, the tilt holds the sway of the hips.
+    """
     rotations, translations = clip.rotations.copy(), clip.translations.copy()
-    rotations[:, 0] = as_quaternions(
-        _without_heading(as_rotation(rotations[:, 0]), clip.skeleton.forward), (clip.n_frames,)
-    )
+    tilt = _about_z(-clip.ground_path[:, 2]) * as_rotation(rotations[:, 0])
+    rotations[:, 0] = as_quaternions(tilt, (clip.n_frames,))
     translations[:, 0, :2] = 0.0
     return MotionClip(clip.name, clip.skeleton, clip.frame_rate, rotations, translations)
 

@@ -134,29 +134,34 @@ class LinkReader:
         return bool(raw[bit >> 3] >> (bit & 7) & 1)
 
 
-def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
-    """A node (x, y, heading, segment), each with the same probability; WalkError if the embedding is empty."""
+def _refuse_empty(embedding: Embedding) -> None:
     if embedding.n_nodes == 0:
         raise WalkError(
             "The embedding is empty: no endless walk fits into this scene. Use more or shorter clips, a smaller "
             "radius or a wider footprint, or remove obstacles."
         )
-    sizes = np.array([plane.bit_count() for plane in embedding.planes])
-    index = int(rng.integers(sizes.sum()))
-    plane = int(np.searchsorted(np.cumsum(sizes), index, side="right"))
-    x, y = embedding.unrolling.layout.cells(embedding.planes[plane])[index - (np.cumsum(sizes)[plane] - sizes[plane])]
+
+
+def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
+    """A node (x, y, heading, segment), each with the same probability; WalkError if the embedding is empty."""
+    _refuse_empty(embedding)
+    last = np.cumsum([plane.bit_count() for plane in embedding.planes])
+    index = int(rng.integers(last[-1]))
+    plane = int(np.searchsorted(last, index, side="right"))
+    x, y = embedding.unrolling.layout.cells(embedding.planes[plane])[index - last[plane]].tolist()
     segment, heading = divmod(plane, embedding.unrolling.stencils.n_headings)
-    return int(x), int(y), heading, segment
+    return x, y, heading, segment
 
 
 def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> Node:
     """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
-    random_node(embedding, rng)  # refuses an empty embedding
-    covered = embedding.node_mask().any(axis=(2, 3))
-    cells = np.argwhere(covered)
+    _refuse_empty(embedding)
+    cells = np.argwhere(embedding.covered().any(axis=2))
     distance = np.linalg.norm(embedding.environment.grid.positions(cells) - np.asarray(position)[:2], axis=1)
     x, y = cells[np.argmin(distance)].tolist()
-    heading, segment = rng.choice(np.argwhere(embedding.node_mask()[x, y])).tolist()
+    bit = embedding.unrolling.layout.bit(x, y)
+    here = [index for index, plane in enumerate(embedding.planes) if plane >> bit & 1]
+    segment, heading = divmod(int(rng.choice(here)), embedding.unrolling.stencils.n_headings)
     return x, y, heading, segment
 
 

@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from core.embedding.embedding import embed
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
+from core.motion.graph import build_motion_graph
+from core.motion.heading import with_steady_heading
 from core.motion.kinematics import as_rotation
+from core.motion.repertoire import sample_repertoire
 from core.playback.synthesis import SynthesisSettings, synthesize
 from core.playback.walk import Walk, random_walk
 
@@ -16,9 +20,11 @@ from .motion_graphs import recorded_graph, sample_graph
 SETTINGS = SynthesisSettings(blend_duration=0.25)
 
 
-@pytest.fixture(scope="module", params=["sample", "recorded", "tiled"])
+@pytest.fixture(scope="module", params=["sample", "recorded", "tiled", "steady heading"])
 def walk(request):
     graph = recorded_graph(request.getfixturevalue("data_folder")) if request.param == "recorded" else sample_graph()
+    if request.param == "steady heading":
+        graph = build_motion_graph([with_steady_heading(clip) for clip in sample_repertoire()])
     grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24, tiled=request.param == "tiled")
     embedding = embed(graph, build_environment(grid, np.empty((0, 3, 3))))
     return random_walk(embedding, np.random.default_rng(3), 60.0)
@@ -41,6 +47,18 @@ def test_root_follows_the_checked_path(walk, played):
     assert np.allclose(path[:, :2], walk.root_path[:, :2], atol=1e-12)
     off = (path[:, 2] - walk.root_path[:, 2]) / (2 * np.pi)
     assert np.allclose(off, np.rint(off[0]), atol=1e-9)
+
+
+def test_outside_the_windows_the_root_stands_to_its_heading_as_in_the_clip(walk, played):
+    graph, window = walk.embedding.graph, round(SETTINGS.blend_duration * walk.embedding.graph.frame_rate)
+    for i, index in enumerate(walk.segments):
+        segment = graph.segments[index]
+        clip = graph.clips[segment.clip]
+        inner = np.arange(window, segment.n_frames - window)
+        turned = played.ground_path[walk.seams[i] + inner, 2] - clip.ground_path[segment.first + inner, 2]
+        expected = Rotation.from_euler("z", turned[:, None]) * as_rotation(clip.rotations[segment.first + inner, 0])
+        found = as_rotation(played.rotations[walk.seams[i] + inner, 0])
+        assert np.all((expected.inv() * found).magnitude() < 1e-9)
 
 
 def test_nothing_changes_outside_the_windows(walk, played):

@@ -1,0 +1,105 @@
+"""Channels that stand still while they should not: lost data that was written as zero or held."""
+
+import numpy as np
+
+from ..clip import MotionClip
+from ..stature import stature
+from .fingers import fingers
+
+_STILL = 1e-7
+"""Radians, and statures, from frame to frame that are rounding, not motion."""
+_MIN_HELD = 4
+"""Frames for which a value must be held to be called frozen; zero is suspicious in a single one."""
+_ABRUPT_TURN = np.radians(1.0)
+_ZERO_TURN = np.radians(5.0)
+_LONE_ZERO_TURN = np.radians(15.0)
+_ABRUPT_MOVE = 0.01
+_ABRUPT_ROOT = 0.05
+"""Turns (radians) and moves (statures) with which a held or zeroed channel must begin or end at least."""
+_RATIO = 4.0
+"""How many times larger than the neighbouring steps such a turn or move must be: who holds still starts gently."""
+
+
+def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
+    """(first, last, joints) of stretches in which joints hold one rotation, or that of no data, and jump.
+
+    No data is the identity or the rest rotation. What holds still and moves on gently is an animator's hold and
+    not found; a joint that hardly ever moves is not animated. Fingers are left out.
+    """
+    runs: dict[tuple[int, int], dict[int, float]] = {}
+    for joint in np.flatnonzero(~fingers(clip.skeleton)).tolist():
+        q = clip.rotations[:, joint]
+        steps = _angles(q[:-1], q[1:])
+        if steps.sum() < _ZERO_TURN:
+            continue
+        empty = np.zeros(clip.n_frames, dtype=bool)
+        for value in ([1.0, 0, 0, 0], clip.skeleton.rest_rotations[joint]):
+            empty |= _angles(q, np.asarray(value)) < 1e-4
+        if empty.mean() > 0.5:
+            empty[:] = False  # this is how the joint is, and what moves it for a moment is no lack of data
+        found = [run for run in _runs(empty) if _is_lost(steps, *run, _ZERO_TURN)]
+        for first, last in _stretches(steps < _STILL):
+            short = last - first + 1 < clip.n_frames / 2
+            if short and not empty[first] and _is_held(steps, first, last, _ABRUPT_TURN):
+                found.append((first, last))
+        for first, last in found:
+            ends = steps[[at for at in (first - 1, last) if 0 <= at < len(steps)]]
+            runs.setdefault((first, last), {})[joint] = float(ends.max())
+    # Data is lost limb by limb. One joint alone may have swung to its limit within a frame.
+    return [
+        (first, last, tuple(joints))
+        for (first, last), joints in sorted(runs.items())
+        if last - first + 1 >= _MIN_HELD or len(joints) > 1 or max(joints.values()) > _LONE_ZERO_TURN
+    ]
+
+
+def lost_root(clip: MotionClip) -> list[tuple[int, int]]:
+    """(first, last) of stretches in which the root is held in one place, or is at the origin or at rest, and jumps."""
+    size = stature(clip.skeleton)
+    places = clip.translations[:, 0]
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1) / size
+    lost = np.zeros(clip.n_frames, dtype=bool)
+    for place in (np.zeros(3), clip.skeleton.rest_translations[0]):
+        lost |= np.linalg.norm(places - place, axis=1) < 1e-3 * size
+    held = [run for run in _stretches(steps < _STILL) if not lost[run[0]] and _is_held(steps, *run, _ABRUPT_MOVE)]
+    return sorted(held + [run for run in _runs(lost) if _is_lost(steps, *run, _ABRUPT_ROOT)])
+
+
+def _jumps(steps: np.ndarray, first: int, last: int, least: float) -> list[bool]:
+    """Whether the stretch of frames begins and ends, as far as it does so within the clip, with a step that is large
+    in itself and among its neighbours."""
+    ends = []
+    if first > 0:
+        ends.append((steps[first - 1], steps[max(first - 7, 0) : max(first - 1, 0)]))
+    if last < len(steps):
+        ends.append((steps[last], steps[last + 1 : last + 7]))
+    return [bool(step > least and (len(others) == 0 or step > _RATIO * np.median(others))) for step, others in ends]
+
+
+def _is_lost(steps: np.ndarray, first: int, last: int, least: float) -> bool:
+    """Whether a value that means no data comes and goes with jumps: a straight knee is not straight all of a sudden."""
+    jumps = _jumps(steps, first, last, least)
+    return bool(jumps) and all(jumps)
+
+
+def _is_held(steps: np.ndarray, first: int, last: int, least: float) -> bool:
+    """Whether a value is held, and then jumps to where the motion has gone meanwhile (or has jumped, at the end)."""
+    jumps = _jumps(steps, first, last, least)
+    return last - first + 1 >= _MIN_HELD and bool(jumps) and jumps[-1]
+
+
+def _stretches(still: np.ndarray) -> list[tuple[int, int]]:
+    """First and last frame of each run of still steps (F - 1,)."""
+    return [(first, last + 1) for first, last in _runs(still)]
+
+
+def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run of True."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return [(int(first), int(end) - 1) for first, end in zip(changes[::2], changes[1::2], strict=True)]
+
+
+def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(F,) radians between quaternions; from the chord, because an arccos loses small angles."""
+    chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    return 4 * np.arcsin(np.minimum(chord / 2, 1.0))

@@ -1,0 +1,108 @@
+"""Root motion for clips that walk on the spot: the ground is where the standing foot is."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .clip import MotionClip
+from .joint_roles import foot_joints
+from .kinematics import as_quaternions, as_rotation
+from .stature import stature
+
+_FLOOR_PERCENTILE = 5
+"""A foot's floor is not its very lowest frame, which noise and landings push below where it stands."""
+_TOUCH_HEIGHT = 0.006
+"""Height above its floor, as a share of the character's stature, at which a joint bears little weight any more."""
+_CLIMB_SPEED = 0.2
+"""Vertical speed, in statures per second, at which a joint is not standing but landing or leaving."""
+
+Feet = tuple[tuple[str, ...], tuple[str, ...]]
+"""Bone names of the left and of the right foot, ankle first, then toes."""
+
+
+def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """How the standing foot moves over the ground from each frame to the next.
+
+    On the spot it slides back at the speed at which the character should go forward; where the root travels as it
+    should, it does not move. How much weight a joint of a foot bears is told by how low it is, not by how slow, and
+    passes smoothly from joint to joint and from foot to foot.
+
+    Parameters
+    ----------
+    clip : MotionClip
+    feet : pair of tuple of str, optional
+        Bone names of the left and the right foot, ankle first, then toes; guessed if not given.
+
+    Returns
+    -------
+    moves : (F - 1, 2) float array
+        x and y in metres, in world space; in flight interpolated over time from stance to stance.
+    turns : (F - 1,) float array
+        Radians about Z that the standing foot turns.
+
+    Raises ClipError if the feet cannot be told from the skeleton.
+    """
+    rotations, positions = clip.world
+    chains = foot_joints(clip.skeleton, feet)
+    joints = [joint for chain in chains for joint in chain]
+    points = positions[:, joints]
+    size = stature(clip.skeleton)
+    height = points[..., 2] - np.percentile(points[..., 2], _FLOOR_PERCENTILE, axis=0)
+    bearing = np.exp(-((np.maximum(height, 0) / (_TOUCH_HEIGHT * size)) ** 2))
+    climb = np.diff(points[..., 2], axis=0) * clip.frame_rate / (_CLIMB_SPEED * size)
+    weights = np.minimum(bearing[:-1], bearing[1:]) * np.exp(-(climb**2))
+    # A foot that rolls over its heel moves at the ankle: the ankle stands only with the toes on the ground.
+    last = np.cumsum([len(chain) for chain in chains]) - 1
+    weights *= np.repeat(weights[:, last], [len(chain) for chain in chains], axis=1)
+    shares = weights / (weights.sum(axis=1, keepdims=True) + 1e-9)
+
+    moves = np.einsum("fk,fkc->fc", shares, np.diff(points[..., :2], axis=0))
+    # Toes bend; which way a foot points, its ankle says.
+    ankles = [chain[0] for chain in chains for _ in chain]
+    turned = as_rotation(rotations[1:, ankles]) * as_rotation(rotations[:-1, ankles]).inv()
+    turns = np.einsum("fk,fk->f", shares, turned.as_rotvec()[:, 2].reshape(shares.shape))
+
+    standing = np.flatnonzero(weights.max(axis=1) > 0.1)
+    if len(standing) == 0:
+        return np.zeros_like(moves), np.zeros_like(turns)
+    x, y, turns = (
+        np.interp(np.arange(len(moves)), standing, values[standing]) for values in (moves[:, 0], moves[:, 1], turns)
+    )
+    return np.column_stack([x, y]), turns
+
+
+def missing_speed(clip: MotionClip, feet: Feet | None = None) -> float:
+    """Speed in m/s at which the ground slides under the standing feet; near 0 where the root travels as it should.
+
+    The length of the mean, seen from the character, so that noise and steps to and fro cancel. ClipError if the
+    feet cannot be told from the skeleton.
+    """
+    moves, _ = stance_steps(clip, feet)
+    seen = (moves[:, 0] + 1j * moves[:, 1]) * np.exp(-1j * clip.ground_path[:-1, 2])
+    return float(np.abs(seen.mean()) * clip.frame_rate)
+
+
+def with_root_motion(clip: MotionClip, turning: bool = False, feet: Feet | None = None) -> MotionClip:
+    """The clip, carried over the ground so that the standing foot stays where it is.
+
+    The first frame is kept. With ``turning``, the character is also turned by what its standing foot turns, for
+    clips whose root does not even turn; otherwise its heading is kept. ClipError if the feet cannot be told from
+    the skeleton; ``feet`` names them.
+    """
+    if turning:
+        _, turns = stance_steps(clip, feet)
+        clip = _turned(clip, np.concatenate([[0.0], -np.cumsum(turns)]))
+    moves, _ = stance_steps(clip, feet)
+    translations = clip.translations.copy()
+    translations[1:, 0, :2] -= np.cumsum(moves, axis=0)
+    return replace(clip, translations=translations)
+
+
+def _turned(clip: MotionClip, angles: np.ndarray) -> MotionClip:
+    """The clip with each frame turned about the vertical through its own root by ``angles`` (F,) radians."""
+    rotations = clip.rotations.copy()
+    turn = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
+    rotations[:, 0] = as_quaternions(turn * as_rotation(rotations[:, 0]), (clip.n_frames,))
+    heading = None if clip.heading is None else clip.heading + angles
+    return replace(clip, rotations=rotations, heading=heading)
