@@ -34,10 +34,11 @@ def embed_explicitly(
     for s, segment in enumerate(graph.segments):
         chosen = np.flatnonzero(stencils.segment == s)
         swept = swept_samples(stencils, chosen, segment, frame_classes[s], grid)
-        bounds = np.searchsorted(swept.stencil, np.append(chosen, chosen[-1] + 1))
+        rows = np.unique(np.stack([swept.stencil, swept.tag_class, swept.x, swept.y]), axis=1)
+        bounds = np.searchsorted(rows[0], np.append(chosen, chosen[-1] + 1))
         for k, low, high in zip(chosen, bounds, bounds[1:], strict=False):
             ok = np.ones((nx, ny), dtype=bool)
-            for c, u, v in zip(swept.tag_class[low:high], swept.x[low:high], swept.y[low:high], strict=True):
+            for _, c, u, v in rows[:, low:high].T:
                 u, v = u + margin * SUBDIVISION, v + margin * SUBDIVISION
                 ok &= free[c][u : u + nx * SUBDIVISION : SUBDIVISION, v : v + ny * SUBDIVISION : SUBDIVISION]
             x, y = xs[ok], ys[ok]
