@@ -75,6 +75,15 @@ class PlaneLayout:
         """(n, 2) int array of the cells whose bit is set, in order of x, then y."""
         return np.argwhere(self.unpack(plane))
 
+    def flat_cells(self, plane: int) -> np.ndarray:
+        """(n,) int array of the cells x * ny + y whose bit is set, ascending."""
+        return np.flatnonzero(self.unpack(plane))
+
+    def moved(self, cells: np.ndarray, shift: int) -> np.ndarray:
+        """Where cells x * ny + y come to lie after a shift that keeps them on the ground, or around a tiled one."""
+        x, y = np.divmod(self.bit(*np.divmod(cells, self.ny)) + shift, self.stride)
+        return (x - self.halo_x) % self.nx * self.ny + (y - self.halo_y) % self.ny
+
     @cached_property
     def ground(self) -> int:
         """The plane with every cell of the ground set."""

@@ -1,26 +1,40 @@
-"""The largest strongly connected component of an unrolled motion graph, without storing a link.
+"""The largest strongly connected component of an unrolled motion graph.
 
-The search is forward-backward: everything that a pivot reaches, and what of that reaches the pivot, is the pivot's
-component; every other component lies wholly in one of the two rests, which are searched only while they hold at
-least as many nodes as the best component found. With a well chosen pivot the first component is the largest, and
-the rests are too small to look at.
+The search is forward-backward on bit-planes, without storing a link: everything that a pivot reaches, and what of that
+reaches the pivot, is the pivot's component; every other component lies wholly in one of the two rests, which are
+searched only while they hold at least as many nodes as the best component found. With a well chosen pivot the first
+component is the largest, and the rests are too small to look at.
+
+Where motion is scarce there may be thousands of small components instead, and a pivot for each would take for ever.
+A rest with few enough links is therefore written out and left to SciPy.
 """
 
 from collections.abc import Generator
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from ..progress import Progress
 from .network import Nodes, StepNetwork, count, difference, intersection
 
+#: A rest with at most this many links is written out: some 100 MB at the most.
+EXPLICIT_LINKS = 4_000_000
 
-def largest_component_steps(network: StepNetwork) -> Generator[Progress, None, Nodes]:
+#: A rest is trimmed again while that takes away more than this share of it.
+WORTHWHILE_TRIM = 0.05
+
+
+def largest_component_steps(
+    network: StepNetwork, explicit_links: int = EXPLICIT_LINKS
+) -> Generator[Progress, None, Nodes]:
     """The nodes of the largest strongly connected component; yields progress, returns bundles (all 0 if no cycle).
 
-    Of components of equal size, the one that holds the lowest node in order of x, y, heading, segment.
+    Of components of equal size, the one that holds the lowest node in order of x, y, heading, segment. Rests of up to
+    ``explicit_links`` links are written out; the result does not depend on it.
     """
     everything = network.image(network.everything())
-    best, best_size = [0] * len(everything), 0
+    best, best_size, fraction = [0] * len(everything), 0, 0.0
     total = count(everything)
     rests = [(total, everything)]
     while rests:
@@ -28,27 +42,57 @@ def largest_component_steps(network: StepNetwork) -> Generator[Progress, None, N
         left, nodes = rests.pop()
         if left < max(best_size, 1):
             break
-        if best_size:
-            # Most of a rest is usually loose ends: cut them off before looking closer.
-            nodes = network.trim(nodes)
+        fraction = max(fraction, 1 - left / total)
+        yield Progress(fraction, "Finding the largest strongly connected component")
+        if len(rests) > 0 or best_size:
+            nodes = _trimmed(network, nodes, max(best_size, 1))
             if count(nodes) < max(best_size, 1):
                 continue
-            if count(nodes) < left:
-                rests.append((count(nodes), nodes))
-                continue
-        yield Progress(1 - left / total, "Finding the largest strongly connected component")
-        pivot = _pivot(network, nodes)
-        reached = network.reached_from(pivot, nodes)
-        yield Progress(1 - left / total / 2, "Finding the largest strongly connected component")
-        component = network.reaching(pivot, reached)
+            yield Progress(fraction, "Finding the largest strongly connected component")
+        if left < total and network.count_links(nodes, explicit_links) <= explicit_links:
+            component = _largest_written_out(network, nodes)
+        else:
+            pivot = _pivot(network, nodes)
+            reached = network.reached_from(pivot, nodes)
+            yield Progress(fraction, "Finding the largest strongly connected component")
+            component = network.reaching(pivot, reached)
+            for rest in (difference(reached, component), difference(nodes, reached)):
+                rests.append((count(rest), rest))
         size = count(component)
         if _has_cycle(network, component) and (
             size > best_size or (size == best_size and _first_node(network, component) < _first_node(network, best))
         ):
             best, best_size = component, size
-        for rest in (difference(reached, component), difference(nodes, reached)):
-            rests.append((count(rest), rest))
     return best
+
+
+def _trimmed(network: StepNetwork, nodes: Nodes, enough: int) -> Nodes:
+    """``nodes`` without most of its loose ends; the work ends when fewer than ``enough`` are left."""
+    left = count(nodes)
+    while True:
+        nodes = network.trim(nodes)
+        before, left = left, count(nodes)
+        if left < enough or left > before * (1 - WORTHWHILE_TRIM):
+            return nodes
+
+
+def _largest_written_out(network: StepNetwork, nodes: Nodes) -> Nodes:
+    """The largest component inside ``nodes``, by SciPy on explicit links; all 0 if no node lies on a cycle."""
+    indices, starts, ends = network.links_within(nodes)
+    matrix = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(indices),) * 2)
+    _, label = connected_components(matrix, directed=True, connection="strong")
+    size = np.bincount(label)
+    looped = np.zeros(len(size), dtype=bool)
+    looped[label[starts[starts == ends]]] = True
+    size[(size == 1) & ~looped] = 0
+    if size.max() == 0:
+        return [0] * len(nodes)
+    # Of the largest, the one whose first node comes first by place, heading and segment.
+    plane, cell = indices.T
+    segment, heading = np.divmod(plane, network.n_headings)
+    largest = np.flatnonzero(size[label] == size.max())
+    first = largest[np.lexsort((segment[largest], heading[largest], cell[largest]))[0]]
+    return network.nodes(indices[label == label[first]])
 
 
 def _pivot(network: StepNetwork, nodes: Nodes) -> Nodes:

@@ -11,7 +11,7 @@ starts (a *fork*), and parents with the same children are ORed only once (a *mer
 because segments that end in alike poses can all go on in the same ways.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .unroll import Unrolling
 #: A set of nodes: bundles of planes, indexed segment * n_blocks + block of headings.
 Nodes = list[int]
 
-#: Planes of up to this many bytes travel in bundles of all headings, larger ones alone.
+#: Beyond this size packing planes into bundles costs more than it saves (measured).
 BUNDLED_BYTES = 4096
 
 
@@ -33,15 +33,17 @@ class StepNetwork:
     links : (L, 2) int array
         Links of the motion graph.
     n_segments : int
+    bundled_bytes : int
+        Planes of up to this many bytes travel in bundles of all headings, larger ones alone.
     """
 
-    def __init__(self, unrolling: Unrolling, links: np.ndarray, n_segments: int):
+    def __init__(self, unrolling: Unrolling, links: np.ndarray, n_segments: int, bundled_bytes: int = BUNDLED_BYTES):
         stencils = unrolling.stencils
         self.layout = unrolling.layout
         self.n_headings = stencils.n_headings
         self.n_segments = n_segments
         self.plane_bytes = (self.layout.n_bits + 7) // 8
-        self.bundled = self.n_headings if self.plane_bytes <= BUNDLED_BYTES else 1
+        self.bundled = self.n_headings if self.plane_bytes <= bundled_bytes else 1
         self.n_blocks = self.n_headings // self.bundled
 
         follows = np.zeros((n_segments, n_segments), dtype=bool)
@@ -96,11 +98,21 @@ class StepNetwork:
         raw = bundle.to_bytes(size * self.bundled, "little")
         return [int.from_bytes(raw[i : i + size], "little") for i in range(0, len(raw), size)]
 
+    def nodes(self, indices: np.ndarray) -> Nodes:
+        """The set of the nodes (n, 2): plane (segment * n_headings + heading) and cell (x * ny + y)."""
+        nx, ny = self.layout.nx, self.layout.ny
+        planes = [0] * (self.n_segments * self.n_headings)
+        order = np.argsort(indices[:, 0], kind="stable")
+        plane, first = np.unique(indices[order, 0], return_index=True)
+        for index, cells in zip(plane.tolist(), np.split(indices[order, 1], first[1:]), strict=True):
+            mask = np.zeros(nx * ny, dtype=bool)
+            mask[cells] = True
+            planes[index] = self.layout.pack(mask.reshape(nx, ny))
+        return self.bundles(planes)
+
     def node(self, segment: int, heading: int, x: int, y: int) -> Nodes:
         """The set of one node."""
-        planes = [0] * (self.n_segments * self.n_headings)
-        planes[segment * self.n_headings + heading] = 1 << self.layout.bit(x, y)
-        return self.bundles(planes)
+        return self.nodes(np.array([[segment * self.n_headings + heading, x * self.layout.ny + y]]))
 
     def everything(self) -> Nodes:
         """The set of all cells, headings and segments."""
@@ -167,6 +179,55 @@ class StepNetwork:
         """``nodes`` without those that have no link from, or then none to, the rest: once over."""
         nodes = intersection(nodes, self.image(nodes))
         return intersection(nodes, self.preimage(nodes))
+
+    def _moves_within(self, nodes: Nodes) -> Iterator[tuple[int, int, int, int, int]]:
+        """For each stencil that leads to one of ``nodes``: segment, start heading, destination heading, shift and the
+        plane of cells from which it does."""
+        planes = [plane for bundle in nodes for plane in self.planes(bundle)]
+        for index, moves in enumerate(self.moves):
+            segment, block = divmod(index, self.n_blocks)
+            for place, turned, shift, valid in moves:
+                there = self.layout.extend(planes[segment * self.n_headings + turned])
+                able = valid & (there >> shift if shift >= 0 else there << -shift)
+                if able:
+                    yield segment, block * self.bundled + place, turned, shift, able
+
+    def count_links(self, nodes: Nodes, enough: int) -> int:
+        """Number of links between nodes of a set; counting ends early once there are more than ``enough``."""
+        planes = [plane for bundle in nodes for plane in self.planes(bundle)]
+        n_links = 0
+        for segment, heading, _, _, able in self._moves_within(nodes):
+            for parent in self.parents[segment]:
+                n_links += (planes[parent * self.n_headings + heading] & able).bit_count()
+            if n_links > enough:
+                break
+        return n_links
+
+    def links_within(self, nodes: Nodes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The nodes of a set and the links between them, written out.
+
+        Returns
+        -------
+        indices : (n, 2) int array, plane (segment * n_headings + heading) and cell (x * ny + y) of each node, ascending
+        starts, ends : (L,) int arrays of rows of ``indices``
+        """
+        layout = self.layout
+        planes = [plane for bundle in nodes for plane in self.planes(bundle)]
+        cells = [layout.flat_cells(plane) if plane else np.empty(0, dtype=int) for plane in planes]
+        first = np.concatenate([[0], np.cumsum([len(c) for c in cells])])
+        starts, ends = [np.empty(0, dtype=int)], [np.empty(0, dtype=int)]
+        for segment, heading, turned, shift, able in self._moves_within(nodes):
+            arrival = segment * self.n_headings + turned
+            for parent in self.parents[segment]:
+                start = parent * self.n_headings + heading
+                moving = planes[start] & able
+                if moving:
+                    leaving = layout.flat_cells(moving)
+                    arrived = layout.moved(leaving, shift)
+                    starts.append(first[start] + np.searchsorted(cells[start], leaving))
+                    ends.append(first[arrival] + np.searchsorted(cells[arrival], arrived))
+        plane = np.repeat(np.arange(len(planes)), [len(c) for c in cells])
+        return np.column_stack([plane, np.concatenate(cells)]), np.concatenate(starts), np.concatenate(ends)
 
     def reached_from(self, seed: Nodes, within: Nodes) -> Nodes:
         """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.

@@ -172,7 +172,7 @@ def _by_cell(samples: SweptSamples) -> np.ndarray:
     bit = 1 << ((samples.x % SUBDIVISION) * SUBDIVISION + samples.y % SUBDIVISION)
     low = cells.min(axis=1, keepdims=True)
     # One number for a cell, in the order of the rows: numbers sort faster than rows.
-    key = np.ravel_multi_index(tuple(cells - low), tuple(cells.max(axis=1) - low[:, 0] + 1))
+    key = np.asarray(np.ravel_multi_index(tuple(cells - low), tuple(np.ptp(cells, axis=1) + 1)))
     order = np.argsort(key, kind="stable")
     first = np.flatnonzero(np.diff(key[order], prepend=-1))
     return np.vstack([cells[:, order[first]], np.bitwise_or.reduceat(bit[order], first)])

@@ -4,16 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from core.embedding.component import largest_component_steps
 from core.embedding.embedding import EmbeddingSettings, embed, embed_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
+from core.embedding.network import StepNetwork
+from core.embedding.stencil import build_stencils
+from core.embedding.sweep import sweep_steps
+from core.embedding.unroll import unroll_steps
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError
 from core.evaluation.variability import coverage, segment_variability, variability
 from core.motion.graph import MotionGraph, MotionSegment
+from core.progress import finish
 
 from .reference import explicit_embedding, random_problem
 
@@ -28,8 +34,8 @@ FOOTPRINTS = [
 @example(0, True, FOOTPRINTS[0])
 def test_equals_the_explicit_embedding(seed, tiled, footprint_settings):
     graph, environment = random_problem(seed, tiled)
-    settings = EmbeddingSettings(footprint_settings)
-    fast, slow = embed(graph, environment, settings), explicit_embedding(graph, environment, settings)
+    wanted = EmbeddingSettings(footprint_settings)
+    fast, slow = embed(graph, environment, wanted), explicit_embedding(graph, environment, wanted)
     assert np.array_equal(fast.node_mask(), slow.node_mask())
     assert (fast.n_nodes, fast.n_links) == (len(slow.nodes), len(slow.links))
     assert np.array_equal(fast.in_degree(), slow.in_degree())
@@ -50,6 +56,26 @@ def test_random_problems_are_not_all_trivial():
     assert sum(len(e.nodes) > 0 for e in found) > 20
     assert sum(len(e.nodes) == 0 for e in found) > 3
     assert sum(0 < len(e.links) < len(e.all_links) for e in found) > 15
+
+
+@settings(max_examples=1500)
+@given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 10**6]), st.sampled_from([0, 10**6]))
+def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, explicit_links, bundled_bytes):
+    """All ways to search lead to the same component, that of the explicit links, also where there are many."""
+    rng = np.random.default_rng(seed)
+    graph, environment = random_problem(seed, tiled)
+    # Few links and many obstacles make many small components.
+    environment = replace(environment, blocked=environment.blocked | (rng.random(environment.blocked.shape) < 0.05))
+    stencils = build_stencils(graph.segments, environment.grid, FOOTPRINTS[0])
+    sweep = finish(sweep_steps(graph.segments, stencils, environment.grid, environment.tags))
+    unrolling = finish(unroll_steps(sweep, environment))
+    network = StepNetwork(unrolling, graph.links, len(graph.segments), bundled_bytes)
+    nodes = finish(largest_component_steps(network, explicit_links))
+    found = np.array([network.layout.unpack(plane) for bundle in nodes for plane in network.planes(bundle)])
+    slow = explicit_embedding(graph, environment, EmbeddingSettings())
+    nx, ny, n_headings, n_segments = slow.shape
+    expected = slow.node_mask().transpose(3, 2, 0, 1).reshape(n_segments * n_headings, nx, ny)
+    assert np.array_equal(found, expected)
 
 
 @given(st.integers(0, 10**6), st.booleans())
