@@ -6,6 +6,7 @@ python tests/figures/embedding_growth.py FOLDER
 import sys
 import time
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -18,18 +19,17 @@ import numpy as np
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
-from core.environment.environment import build_environment
-from core.environment.grid import Grid
+from core.environment.environment import Environment
 from tests.bench import problems
 
 DEFAULT_COST = 0.12
 
 
-def with_headings(n_headings: int):
+def with_headings(n_headings: int) -> Environment:
+    """The paper-sized room with another number of headings: its samples are the same."""
     environment = problems.room()
-    low, high = np.zeros(2), np.array([7.0, 8.0])
-    grid = Grid.over_rectangle(tuple(low), tuple(high), 0.125, n_headings)
-    return build_environment(grid, np.empty((0, 3, 3))) if n_headings != 24 else environment
+    nx, ny, _ = environment.grid.shape
+    return Environment(replace(environment.grid, shape=(nx, ny, n_headings)), environment.blocked)
 
 
 def cases():

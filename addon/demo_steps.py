@@ -1,0 +1,232 @@
+"""The steps of the demo, run inside the extension: the operators of the panel, then pictures and files."""
+
+import os
+import sys
+import tempfile
+from argparse import Namespace
+
+import bpy
+import numpy as np
+from scipy import ndimage
+
+from ..core.errors import ClipError, MotionGraphError, SceneError
+from .bridge.body import add_body
+from .operators.paint_map import FLOOR_NAME
+from .render.map_colors import ruled_cells
+from .render.map_picture import MapScene, draw_map
+from .render.view_picture import choose_moments, draw_view
+from .render.viewport import add_camera_and_sun, set_up_viewports
+from .render.walk_curve import NAME as WALK_NAME
+from .scene_collections import OUTPUT, ensure_collection
+from .state import results
+
+_FRAME_RATE = 30
+_N_WALKS = 150
+_SMALLEST_GAP = 1.0
+
+
+def run(options: Namespace, journal) -> dict:
+    """Everything from the first operator to the last file; returns the report.
+
+    Raises RuntimeError, as operators do, and MotionGraphError if something is wrong with the input.
+    """
+    operators, scene = bpy.ops.wayfarer, bpy.context.scene
+    if options.blend is not None:
+        journal.run("open", f"Opening {options.blend.name}", _quietly, _open, options.blend)
+        scene = bpy.context.scene
+    else:
+        scene.render.fps = _FRAME_RATE
+        scene.wayfarer.walk.n_walks = _N_WALKS
+    if options.clips is not None:
+        journal.run("import", f"Importing {options.clips.name}", _quietly, _import, options.clips)
+    elif options.blend is None:
+        journal.run("character", "Making the sample character", _quietly, operators.add_sample_character)
+    if options.blend is None:
+        journal.run("room", "Making the sample room", _quietly, operators.add_sample_room)
+    else:
+        _complete(scene, options.blend.name)
+    journal.run("graph", "Building the motion graph", _quietly, operators.build_motion_graph)
+    journal.run("embed", "Embedding it in the scene", _quietly, operators.embed)
+    journal.run("map", "Painting the map", _quietly, operators.paint_map)
+    journal.run("walk", "Walking", _quietly, operators.random_walk)
+
+    shown = _shown()
+    journal.run("map picture", "Drawing map.png", _quietly, _draw_map, options.out / "map.png", shown)
+    journal.run("view picture", "Drawing view.png", _quietly, _draw_view, options.out / "view.png", shown)
+    journal.run("save", "Saving demo.blend", _quietly, _save, options.out / "demo.blend", shown)
+    return _report(journal.seconds)
+
+
+def _complete(scene, file_name: str) -> None:
+    """See to it that a user's scene has what the operators need, or say what is missing."""
+    settings = scene.wayfarer
+    if settings.character is None:
+        rigs = [obj for obj in scene.objects if obj.type == "ARMATURE"]
+        if len(rigs) != 1:
+            raise ClipError(
+                f"'{file_name}' does not say which of its {len(rigs)} armatures is the character; open it, choose one "
+                "in the Wayfarer tab and save it."
+            )
+        settings.character = rigs[0]
+    if not settings.clips:
+        bpy.ops.wayfarer.refresh_clips()
+    if settings.environment.ground is None and settings.environment.obstacles is None:
+        raise SceneError(
+            f"'{file_name}' has no ground; open it, choose a ground or obstacles in the Wayfarer tab and save it."
+        )
+
+
+def _open(path) -> None:
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+def _import(folder) -> None:
+    bpy.ops.wayfarer.import_bvh(directory=str(folder))
+
+
+def _shown() -> MapScene:
+    scene = bpy.context.scene
+    settings, found = scene.wayfarer.environment, results(scene)
+    grid = found.embedding.environment.grid
+    collection = ensure_collection(scene, OUTPUT)
+    return MapScene(
+        floor=collection.objects[FLOOR_NAME],
+        obstacles=tuple(settings.obstacles.all_objects) if settings.obstacles else (),
+        regions=tuple(region.object for region in settings.regions if region.object),
+        walk=collection.objects.get(WALK_NAME),
+        low=grid.origin,
+        high=(grid.origin[0] + grid.size[0], grid.origin[1] + grid.size[1]),
+        ground_height=found.ground_height,
+    )
+
+
+def _draw_map(path, shown: MapScene) -> None:
+    summary = results(bpy.context.scene).summary
+    notes = [
+        f"{summary['clips']} clips, {len(results(bpy.context.scene).graph.segments)} segments",
+        f"{summary['nodes']:,} nodes, {summary['links']:,} links",
+        f"{summary['coverage']:.0%} of the free floor covered",
+    ]
+    draw_map(
+        path,
+        shown,
+        title="Where it can go",
+        notes=notes,
+        highest=f"up to {summary['map_highest']:,}",
+        regions=_region_words(),
+        walk=f"a walk of {summary['walk_seconds']:.0f} s",
+    )
+
+
+def _region_words() -> str:
+    """What the regions ask for, if they all ask for the same."""
+    rules = {(region.rule, region.tag) for region in bpy.context.scene.wayfarer.environment.regions}
+    if len(rules) != 1:
+        return "regions with rules"
+    rule, tag = rules.pop()
+    return {"REQUIRE": f"only '{tag}' motion here", "FORBID": f"no '{tag}' motion here"}.get(
+        rule, f"'{tag}' motion here only"
+    )
+
+
+def _draw_view(path, shown: MapScene) -> None:
+    scene = bpy.context.scene
+    walk = results(scene).walk
+    bodies = [child for child in scene.wayfarer.character.children_recursive if child.type == "MESH"]
+    own = None
+    if not bodies:
+        own = add_body(scene.wayfarer.character)
+        bodies = [own]
+    rate = scene.render.fps / scene.render.fps_base / walk.embedding.graph.frame_rate
+    moments = choose_moments(walk.root_path, _special_frames(walk))
+    try:
+        draw_view(path, shown, bodies, [scene.frame_start + round(moment * rate) for moment in moments])
+    finally:
+        if own is not None:
+            bpy.data.meshes.remove(own.data)
+
+
+def _special_frames(walk) -> np.ndarray:
+    """(F,) bool: frames that carry a tag that some region speaks of."""
+    tags = walk.embedding.environment.tags
+    frames = np.zeros(len(walk.root_path), dtype=bool)
+    for i, segment in enumerate(walk.segments):
+        for tag, mask in walk.embedding.graph.segments[segment].tags.items():
+            if tag in tags:
+                frames[walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+    return frames
+
+
+def _save(path, shown: MapScene) -> None:
+    scene = bpy.context.scene
+    set_up_viewports(shown)
+    add_camera_and_sun(scene, shown)
+    # The walk at its own pace, even where the viewport is slow.
+    scene.sync_mode = "FRAME_DROP"
+    bpy.context.preferences.filepaths.save_version = 0
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
+
+
+def _report(seconds: dict[str, float]) -> dict:
+    found = results(bpy.context.scene)
+    gaps = _gaps(found.embedding)
+    return {
+        "clips": found.summary["clips"],
+        "segments": len(found.graph.segments),
+        "graph_links": len(found.graph.links),
+        "nodes": found.summary["nodes"],
+        "links": found.summary["links"],
+        "coverage": round(found.summary["coverage"], 4),
+        "walk_seconds": round(found.summary["walk_seconds"], 2),
+        "walk_metres": round(found.summary["walk_length"], 2),
+        "seconds": {step: round(value, 2) for step, value in seconds.items()},
+        "not_covered": gaps,
+        "dropped": [
+            {"clip": dropped.clip, "seconds": round(dropped.seconds, 2), "reason": dropped.reason}
+            for dropped in found.graph.dropped
+        ],
+    }
+
+
+def _gaps(embedding) -> list[dict]:
+    """Free floor that the character cannot get to, in connected pieces of a square metre or more, largest first."""
+    environment = embedding.environment
+    covered = embedding.node_mask().any(axis=(2, 3))
+    missed = environment.free_cells() & ~covered & ~ruled_cells(environment)
+    labels, n_pieces = ndimage.label(missed)
+    gaps = []
+    for piece in range(1, n_pieces + 1):
+        cells = np.argwhere(labels == piece)
+        area = len(cells) * environment.grid.cell_size**2
+        if area >= _SMALLEST_GAP:
+            x, y = environment.grid.positions(cells).mean(axis=0)
+            gaps.append({"square_metres": round(area, 2), "x": round(float(x), 2), "y": round(float(y), 2)})
+    return sorted(gaps, key=lambda gap: -gap["square_metres"])
+
+
+def _quietly(work, *arguments, **options):
+    """Run without the lines that Blender and its drivers print; they are shown if the work fails."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = os.dup(1), os.dup(2)
+    with tempfile.TemporaryFile() as sink:
+        os.dup2(sink.fileno(), 1)
+        os.dup2(sink.fileno(), 2)
+        failed = True
+        try:
+            result = work(*arguments, **options)
+            failed = False
+            return result
+        except (RuntimeError, MotionGraphError):
+            # The input is at fault, and the sentence says how: no need for more.
+            failed = False
+            raise
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            for number, copy in zip((1, 2), kept, strict=True):
+                os.dup2(copy, number)
+                os.close(copy)
+            if failed:
+                sink.seek(0)
+                sys.stderr.buffer.write(sink.read())

@@ -1,0 +1,179 @@
+"""What a scene gives to the core: clips, shapes and settings as arrays and values, and their fingerprints."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.environment.environment import Environment, build_environment
+from ..core.environment.grid import Grid
+from ..core.environment.regions import Region, RegionRule
+from ..core.errors import ClipError, SceneError
+from ..core.motion.clip import MotionClip
+from .bridge.action_curves import action_curves
+from .bridge.read_actions import FRAME_RATE_PROPERTY, read_clips
+from .bridge.read_scene import read_triangles
+
+
+def fingerprint(*parts) -> str:
+    """A digest of arrays, numbers and texts: equal for equal input."""
+    digest = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            digest.update(repr((part.shape, part.dtype.str)).encode())
+            digest.update(np.ascontiguousarray(part))
+        else:
+            digest.update(repr(part).encode())
+        digest.update(b";")
+    return digest.hexdigest()
+
+
+# ------------------------------------------------------------------------------------------------ motion
+
+
+def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
+    """The clips in use, and (action name, reason) of those that cannot be read.
+
+    Raises ClipError if the scene has no character, or no action of it is in use.
+    """
+    settings = scene.wayfarer
+    if settings.character is None:
+        raise ClipError("There is no character; choose an armature in the Clips panel.")
+    actions = settings.used_actions()
+    if not actions:
+        raise ClipError(f"No action of '{settings.character.name}' is in use; refresh the clips or tick at least one.")
+    return read_clips(settings.character, actions)
+
+
+def graph_settings_fingerprint(scene) -> str:
+    settings = scene.wayfarer
+    character = settings.character.name if settings.character else ""
+    names = [action.name for action in settings.used_actions()]
+    return fingerprint(character, names, settings.graph.to_core())
+
+
+def actions_fingerprint(scene) -> str:
+    """Of the keys and tags of the actions in use."""
+    settings = scene.wayfarer
+    parts = []
+    for action in settings.used_actions() if settings.character else ():
+        try:
+            curves = action_curves(settings.character, action)
+        except ClipError as error:
+            parts.append(str(error))
+            continue
+        parts.append((action.name, action.use_frame_range, tuple(action.frame_range)))
+        parts.append((action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base))
+        parts.append((sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")))
+        for place, curve in (*curves.bones.items(), *curves.placement.items()):
+            keys = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
+            curve.keyframe_points.foreach_get("co", keys)
+            parts += [place, keys]
+    return fingerprint(*parts)
+
+
+# ----------------------------------------------------------------------------------------------- ground
+
+
+@dataclass(frozen=True)
+class SceneShapes:
+    """What stands in a scene.
+
+    Attributes
+    ----------
+    obstacles : (T, 3, 3) float array
+        World-space triangles in metres.
+    low, high : (x, y)
+        Corners of the ground rectangle in metres.
+    ground_height : float
+        World z of the ground in metres.
+    regions : tuple of (T, 3, 3) float array
+        Triangles of each of the scene's regions, in their order; those without an object are left out.
+    """
+
+    obstacles: np.ndarray
+    low: tuple[float, float]
+    high: tuple[float, float]
+    ground_height: float
+    regions: tuple[np.ndarray, ...]
+
+    @property
+    def fingerprint(self) -> str:
+        return fingerprint(self.obstacles, self.low, self.high, self.ground_height, *self.regions)
+
+
+def read_shapes(scene, depsgraph) -> SceneShapes:
+    """Ground, obstacles and regions of a scene as they are at its present frame.
+
+    Raises SceneError if there is neither a ground nor an obstacle, or if a region has no faces.
+    """
+    settings = scene.wayfarer.environment
+    others = {settings.ground, scene.wayfarer.character, *(region.object for region in settings.regions)}
+    solid = [
+        obj
+        for obj in (settings.obstacles.all_objects if settings.obstacles else ())
+        if obj not in others and obj.parent not in others - {None}
+    ]
+    obstacles = read_triangles(solid, depsgraph)
+    if settings.ground is not None:
+        corners = _world_bounds(settings.ground, depsgraph)
+        height = corners[:, 2].max()
+    elif len(obstacles):
+        corners = obstacles.reshape(-1, 3)
+        height = corners[:, 2].min()
+    else:
+        raise SceneError(
+            "There is no ground; choose a ground object or a collection of obstacles in the Environment panel."
+        )
+    regions = []
+    for region in settings.regions:
+        if region.object is not None:
+            triangles = read_triangles([region.object], depsgraph)
+            if len(triangles) == 0:
+                raise SceneError(
+                    f"The region '{region.object.name}' shows no faces; unhide it, give it some, or remove the region."
+                )
+            regions.append(triangles)
+    low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
+    return SceneShapes(obstacles, tuple(low.tolist()), tuple(high.tolist()), float(height), tuple(regions))
+
+
+def make_environment(scene, shapes: SceneShapes) -> Environment:
+    """The environment that the scene's settings make of these shapes; SceneError if they make none."""
+    settings = scene.wayfarer.environment
+    grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
+    present = [region for region in settings.regions if region.object is not None]
+    regions = []
+    for region, triangles in zip(present, shapes.regions, strict=True):
+        tag = region.tag.strip()
+        if not tag:
+            raise SceneError(f"The region '{region.object.name}' has no tag; name the one that it speaks of.")
+        regions.append(Region(region.object.name, RegionRule[region.rule], tag, triangles, region.margin))
+    return build_environment(grid, shapes.obstacles, regions, settings.to_core(shapes.ground_height))
+
+
+def environment_settings_fingerprint(scene) -> str:
+    """Of everything but the shapes that an embedding depends on."""
+    settings = scene.wayfarer
+    environment = settings.environment
+    regions = [
+        (region.object.name, region.rule, region.tag, region.margin)
+        for region in environment.regions
+        if region.object is not None
+    ]
+    return fingerprint(
+        environment.cell_size,
+        environment.n_headings,
+        environment.tiled,
+        environment.to_core(0.0),
+        regions,
+        settings.embedding.to_core(),
+    )
+
+
+def _world_bounds(obj, depsgraph) -> np.ndarray:
+    """(8, 3) world positions of the corners of an object's bounding box, modifiers applied."""
+    evaluated = obj.evaluated_get(depsgraph)
+    corners = np.array([tuple(corner) for corner in evaluated.bound_box])
+    matrix = np.array(evaluated.matrix_world)
+    return corners @ matrix[:3, :3].T + matrix[:3, 3]

@@ -1,0 +1,110 @@
+"""Operators whose work takes long: drained at once in scripts, stepped by a timer in a window.
+
+The work is a generator of the core: it yields Progress and returns its result. Input is gathered before the first
+yield and the scene is changed only in :meth:`LongOperator.apply`, so that whoever cancels has changed nothing and no
+reference to Blender's data is held while other things happen.
+"""
+
+import time
+from collections.abc import Generator
+from typing import Any
+
+import bpy
+
+from ..core.errors import MotionGraphError
+from ..core.progress import Progress, finish
+
+_SLICE = 0.03
+"""Seconds of work between two looks at the keyboard: short enough for the window to feel alive."""
+
+_TICK = 0.005
+"""Seconds between two timer events."""
+
+
+class LongOperator:
+    """Mixin for operators: implement ``steps`` and ``apply``."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def steps(self, context) -> Generator[Progress, None, Any]:
+        """Gather the input, then yield Progress; return what ``apply`` needs. Must not change the scene."""
+        raise NotImplementedError
+
+    def apply(self, context, result) -> None:
+        """Store the result, change the scene and report the numbers."""
+        raise NotImplementedError
+
+    def execute(self, context):
+        try:
+            self.apply(context, finish(self.steps(context)))
+        except MotionGraphError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def invoke(self, context, event):
+        # Timers do not fire without a window.
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        self._steps = self.steps(context)
+        self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
+        context.window_manager.progress_begin(0, 100)
+        context.window_manager.modal_handler_add(self)
+        self._shown = ""
+        self._show(context, Progress(0.0, self.bl_label))
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC" and event.value == "PRESS":
+            self._stop(context)
+            self.report({"INFO"}, f"{self.bl_label} cancelled")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            # The scene must not change under the work.
+            return {"RUNNING_MODAL"}
+        try:
+            result = self._work(context)
+            if result is None:
+                return {"RUNNING_MODAL"}
+            self.apply(context, result[0])
+        except MotionGraphError as error:
+            self._stop(context)
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        except BaseException:
+            # Not handled here, but the timer and the status text must not outlive the operator.
+            self._stop(context)
+            raise
+        self._stop(context)
+        return {"FINISHED"}
+
+    def cancel(self, context):
+        """Called by Blender when it ends the operator itself, for example on opening another file."""
+        self._stop(context)
+
+    def _work(self, context) -> tuple[Any] | None:
+        """One slice of the work: (result,) at its end, otherwise None."""
+        until = time.perf_counter() + _SLICE
+        while time.perf_counter() < until:
+            try:
+                progress = next(self._steps)
+            except StopIteration as stop:
+                return (stop.value,)
+        self._show(context, progress)
+        return None
+
+    def _show(self, context, progress: Progress) -> None:
+        text = f"{progress.message}: {100 * progress.fraction:.0f} %    Esc to cancel"
+        # Every change makes the window redraw, which can take longer than the slice of work.
+        if text != self._shown:
+            self._shown = text
+            context.window_manager.progress_update(round(100 * progress.fraction))
+            context.workspace.status_text_set(text)
+
+    def _stop(self, context) -> None:
+        self._steps.close()
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+        for area in context.screen.areas:
+            area.tag_redraw()

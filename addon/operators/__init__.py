@@ -1,0 +1,36 @@
+"""The steps of the workflow, one file each: gather input, call one function, report."""
+
+import bpy
+
+from .add_sample_character import WAYFARER_OT_add_sample_character
+from .add_sample_room import WAYFARER_OT_add_sample_room
+from .build_motion_graph import WAYFARER_OT_build_motion_graph
+from .edit_regions import WAYFARER_OT_add_region, WAYFARER_OT_remove_region
+from .embed import WAYFARER_OT_embed
+from .import_bvh import WAYFARER_OT_import_bvh
+from .paint_map import WAYFARER_OT_paint_map
+from .random_walk import WAYFARER_OT_random_walk
+from .refresh_clips import WAYFARER_OT_refresh_clips
+
+_CLASSES = (
+    WAYFARER_OT_add_sample_character,
+    WAYFARER_OT_add_sample_room,
+    WAYFARER_OT_import_bvh,
+    WAYFARER_OT_refresh_clips,
+    WAYFARER_OT_build_motion_graph,
+    WAYFARER_OT_add_region,
+    WAYFARER_OT_remove_region,
+    WAYFARER_OT_embed,
+    WAYFARER_OT_paint_map,
+    WAYFARER_OT_random_walk,
+)
+
+
+def register():
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,49 @@
+"""Cut the clips into segments and link those that flow into each other."""
+
+import bpy
+
+from ...core.motion.graph import build_motion_graph_steps
+from ...core.progress import Progress
+from ..inputs import actions_fingerprint, read_character
+from ..jobs import LongOperator
+from ..state import keep_graph, results
+
+
+class WAYFARER_OT_build_motion_graph(LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.build_motion_graph"
+    bl_label = "Build Motion Graph"
+    bl_description = "Cut the clips into segments and find out which may follow which"
+
+    @classmethod
+    def poll(cls, context):
+        settings = context.scene.wayfarer
+        if settings.character is None:
+            cls.poll_message_set("Choose a character first")
+        elif not any(clip.use for clip in settings.clips):
+            cls.poll_message_set("Refresh the clips and tick at least one first")
+        else:
+            return True
+        return False
+
+    def steps(self, context):
+        scene = context.scene
+        clips, problems = read_character(scene)
+        actions, settings = actions_fingerprint(scene), scene.wayfarer.graph.to_core()
+        yield Progress(0.0, "Reading clips")
+        graph = yield from build_motion_graph_steps(clips, settings)
+        return graph, actions, len(clips), problems
+
+    def apply(self, context, result):
+        graph, actions, n_clips, problems = result
+        keep_graph(context.scene, graph, actions)
+        played = len({segment.clip for segment in graph.segments})
+        seconds = sum(segment.duration for segment in graph.segments)
+        dropped = sum(dropped.seconds for dropped in graph.dropped)
+        results(context.scene).summary.update(
+            clips=n_clips, clips_played=played, motion_seconds=seconds, dropped_seconds=dropped
+        )
+        for name, reason in problems:
+            self.report({"WARNING"}, f"Left out '{name}': {reason}")
+        self.report(
+            {"INFO"}, f"{len(graph.segments)} segments, {len(graph.links)} links from {played} of {n_clips} clips"
+        )

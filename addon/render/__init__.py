@@ -1,0 +1,1 @@
+"""How results look: colours of the floor map, the walk as a curve, pictures of both."""

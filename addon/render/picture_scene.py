@@ -1,0 +1,75 @@
+"""A scene of its own for each picture, so that the user's scene stays as it is."""
+
+import contextlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from .map_colors import linear
+
+
+@dataclass(frozen=True)
+class PictureScene:
+    """A temporary scene; lives within :func:`picture_scene` only."""
+
+    scene: bpy.types.Scene
+
+    def show(self, objects: Iterable) -> None:
+        """Show objects of other scenes as well."""
+        for obj in objects:
+            if obj is not None and self.scene.objects.get(obj.name) is None:
+                self.scene.collection.objects.link(obj)
+
+    def add(self, name: str, data) -> bpy.types.Object:
+        """A new object, removed with the scene."""
+        obj = bpy.data.objects.new(name, data)
+        self.scene.collection.objects.link(obj)
+        obj["wayfarer_temporary"] = True
+        return obj
+
+    def flat_material(self, srgb) -> bpy.types.Material:
+        """A material that the workbench shows in this colour, removed with the scene."""
+        name = "Wayfarer " + "-".join(f"{value:.3f}" for value in srgb)
+        material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+        material.diffuse_color = opaque(srgb)
+        material["wayfarer_temporary"] = True
+        return material
+
+    def camera(self) -> bpy.types.Object:
+        """The scene's camera, at the origin at first."""
+        self.scene.camera = self.add("Camera", bpy.data.cameras.new("Camera"))
+        return self.scene.camera
+
+    def render(self, path: Path, width: int, height: int) -> None:
+        render = self.scene.render
+        render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
+        render.image_settings.file_format = "PNG"
+        render.image_settings.color_mode = "RGB"
+        render.filepath = str(path)
+        bpy.ops.render.render(write_still=True, scene=self.scene.name)
+
+
+@contextlib.contextmanager
+def picture_scene(name: str) -> Iterator[PictureScene]:
+    """A new scene that shows colours as they are; it and all that was added to it are removed at the end."""
+    scene = bpy.data.scenes.new(name)
+    scene.view_settings.view_transform = "Standard"
+    try:
+        yield PictureScene(scene)
+    finally:
+        for obj in [obj for obj in scene.objects if "wayfarer_temporary" in obj]:
+            data = obj.data
+            bpy.data.objects.remove(obj)
+            if data is not None and data.users == 0:
+                bpy.data.batch_remove([data])
+        bpy.data.batch_remove([m for m in bpy.data.materials if "wayfarer_temporary" in m])
+        if scene.world is not None and scene.world.users == 1:
+            bpy.data.worlds.remove(scene.world)
+        bpy.data.scenes.remove(scene)
+
+
+def opaque(srgb) -> tuple[float, float, float, float]:
+    """Linear RGBA of an sRGB colour."""
+    return (*linear(srgb).tolist(), 1.0)

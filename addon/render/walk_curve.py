@@ -1,0 +1,63 @@
+"""The walk as a curve on the floor."""
+
+import bpy
+import numpy as np
+
+from .map_colors import WALK, linear
+
+NAME = "Wayfarer Walk"
+_RADIUS = 0.018
+_ABOVE = 0.03
+"""Metres above the floor: free of the painted grid, below the ankles."""
+
+
+def walk_curve(path: np.ndarray, ground_height: float, collection) -> bpy.types.Object:
+    """A tube along (F, 3) x, y (m), heading (rad), in ``collection``; one made before is used again."""
+    obj = collection.objects.get(NAME)
+    if obj is None or obj.type != "CURVE":
+        curve = bpy.data.curves.new(NAME, "CURVE")
+        curve.materials.append(_material())
+        obj = bpy.data.objects.new(NAME, curve)
+        collection.objects.link(obj)
+    curve = obj.data
+    curve.dimensions = "3D"
+    # Upright: the tube would otherwise turn, and shrink, at every sharp bend.
+    curve.twist_mode = "Z_UP"
+    curve.bevel_depth = _RADIUS
+    curve.bevel_resolution = 1
+    curve.use_fill_caps = True
+    curve.splines.clear()
+    spline = curve.splines.new("POLY")
+    # A standing character leaves many points in one place, which make the tube twist.
+    kept = _apart(path[:, :2])
+    spline.points.add(len(kept) - 1)
+    points = np.ones((len(kept), 4), dtype=np.float32)
+    points[:, :2] = kept
+    points[:, 2] = ground_height + _ABOVE
+    spline.points.foreach_set("co", points.ravel())
+    spline.points.foreach_set("radius", np.ones(len(kept), dtype=np.float32))
+    return obj
+
+
+def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
+    """Those of (F, 2) points that are further than ``distance`` from the one kept before; at least two."""
+    kept = [0]
+    for i in range(1, len(points)):
+        if np.hypot(*(points[i] - points[kept[-1]])) > distance:
+            kept.append(i)
+    return points[kept if len(kept) > 1 else [0, len(points) - 1]]
+
+
+def _material():
+    material = bpy.data.materials.get(NAME)
+    if material is None:
+        material = bpy.data.materials.new(NAME)
+        if material.node_tree is None:  # before 5.0 nodes were optional
+            material.use_nodes = True
+        color = (*linear(WALK), 1.0)
+        material.diffuse_color = color
+        shader = material.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Base Color"].default_value = color
+        shader.inputs["Emission Color"].default_value = color
+        shader.inputs["Emission Strength"].default_value = 0.6
+    return material

@@ -1,0 +1,1 @@
+"""The sample: a character with a repertoire and a room for it, as Blender objects."""

@@ -1,0 +1,44 @@
+"""The sample character: the core's skeleton and repertoire as an armature with a body and one action a clip."""
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ...core.motion.clip import MotionClip
+from ...core.motion.kinematics import as_rotation, world_transforms
+from ...core.motion.repertoire import sample_bone_lengths, sample_skeleton
+from ..bridge.body import add_body
+from ..bridge.create_armature import create_armature
+from ..bridge.skeleton import bind_rig
+from ..bridge.write_action import assign_action, write_clip
+
+NAME = "Wayfarer Character"
+
+
+def add_sample_character(clips: Sequence[MotionClip], collection) -> tuple[bpy.types.Object, list[bpy.types.Action]]:
+    """The armature object and its actions; it plays the first."""
+    armature_object = create_armature(sample_skeleton(), _tails(), NAME, collection)
+    armature_object.show_in_front = False
+    armature_object.data.display_type = "STICK"
+    add_body(armature_object)
+    binding = bind_rig(armature_object)
+    actions = []
+    for clip in clips:
+        action = write_clip(armature_object, clip, clip.name, binding=binding)
+        # Only one action is played at a time; the others must not be lost on saving.
+        action.use_fake_user = True
+        actions.append(action)
+    assign_action(armature_object, actions[0])
+    return armature_object, actions
+
+
+def _tails() -> dict[str, np.ndarray]:
+    """World position of each bone's tail at rest, in metres."""
+    skeleton, lengths = sample_skeleton(), sample_bone_lengths()
+    rotations, positions = world_transforms(
+        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
+    )
+    along = as_rotation(rotations[0]).apply([0.0, 1.0, 0.0])
+    tails = positions[0] + lengths[:, None] * along
+    return dict(zip(skeleton.names, tails, strict=True))

@@ -1,0 +1,18 @@
+"""The tab "Wayfarer" in the sidebar of the 3D viewport. Draws only; computes nothing."""
+
+import bpy
+
+from .lists import WAYFARER_UL_clips, WAYFARER_UL_regions
+from .panels import PANELS
+
+_CLASSES = (WAYFARER_UL_clips, WAYFARER_UL_regions, *PANELS)
+
+
+def register():
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
