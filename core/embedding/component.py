@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from ..progress import Progress
+from ..progress import Progress, portion
 from .network import Nodes, StepNetwork, count, difference, intersection
 
 #: A rest with at most this many links is written out: some 100 MB at the most.
@@ -42,7 +42,6 @@ def largest_component_steps(
         left, nodes = rests.pop()
         if left < max(best_size, 1):
             break
-        fraction = max(fraction, 1 - left / total)
         yield Progress(fraction, "Finding the largest strongly connected component")
         if len(rests) > 0 or best_size:
             nodes = _trimmed(network, nodes, max(best_size, 1))
@@ -53,9 +52,12 @@ def largest_component_steps(
             component = _largest_written_out(network, nodes)
         else:
             pivot = _pivot(network, nodes)
-            reached = network.reached_from(pivot, nodes)
-            yield Progress(fraction, "Finding the largest strongly connected component")
-            component = network.reaching(pivot, reached)
+            # Most of the time this is all there is to do.
+            end = fraction + 0.9 * (1 - fraction)
+            middle = (fraction + end) / 2
+            reached = yield from portion(network.reached_from_steps(pivot, nodes), fraction, middle)
+            component = yield from portion(network.reaching_steps(pivot, reached), middle, end)
+            fraction = end
             for rest in (difference(reached, component), difference(nodes, reached)):
                 rests.append((count(rest), rest))
         size = count(component)

@@ -11,10 +11,11 @@ starts (a *fork*), and parents with the same children are ORed only once (a *mer
 because segments that end in alike poses can all go on in the same ways.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 
 import numpy as np
 
+from ..progress import Progress
 from .unroll import Unrolling
 
 #: A set of nodes: bundles of planes, indexed segment * n_blocks + block of headings.
@@ -229,11 +230,11 @@ class StepNetwork:
         plane = np.repeat(np.arange(len(planes)), [len(c) for c in cells])
         return np.column_stack([plane, np.concatenate(cells)]), np.concatenate(starts), np.concatenate(ends)
 
-    def reached_from(self, seed: Nodes, within: Nodes) -> Nodes:
+    def reached_from_steps(self, seed: Nodes, within: Nodes) -> Generator[Progress, None, Nodes]:
         """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.
 
         Round after round, each fork plays the starts that it has gathered since its last turn: later forks of a round
-        already see what earlier ones reached.
+        already see what earlier ones reached. Yields progress after every round.
         """
         n_blocks = self.n_blocks
         unreached = difference(within, seed)
@@ -251,7 +252,10 @@ class StepNetwork:
         for index, nodes in enumerate(seed):
             if nodes:
                 arrive(*divmod(index, n_blocks), nodes)
+        n_rounds = 0
         while any(pending):
+            n_rounds += 1
+            yield self._progress(n_rounds)
             for start, starts in enumerate(pending):
                 if not starts:
                     continue
@@ -265,7 +269,7 @@ class StepNetwork:
                             arrive(segment, there - segment * n_blocks, fresh)
         return difference(within, unreached)
 
-    def reaching(self, seed: Nodes, within: Nodes) -> Nodes:
+    def reaching_steps(self, seed: Nodes, within: Nodes) -> Generator[Progress, None, Nodes]:
         """``seed``, a subset of ``within``, and all nodes from which links lead to it inside ``within``."""
         n_blocks = self.n_blocks
         unreached = difference(within, seed)
@@ -286,7 +290,10 @@ class StepNetwork:
                         unreached[node] ^= fresh
                         pending[node] |= fresh
 
+        n_rounds = 0
         while any(pending):
+            n_rounds += 1
+            yield self._progress(n_rounds)
             for index, ends in enumerate(pending):
                 if not ends:
                     continue
@@ -299,6 +306,11 @@ class StepNetwork:
                         unable[first + there] ^= able
                         allow(self.fork_of[segment], there, able)
         return difference(within, unreached)
+
+    def _progress(self, n_rounds: int) -> Progress:
+        """How far a closure is: the ground is crossed in some rounds, and then corners are left."""
+        expected = (self.layout.nx + self.layout.ny) / max(self.layout.reach_x, self.layout.reach_y, 1)
+        return Progress(n_rounds / (n_rounds + expected), "Following links")
 
 
 def count(nodes: Nodes) -> int:

@@ -10,7 +10,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
 from ..embedding.unroll import unroll_steps
 from ..environment.grid import SUBDIVISION
-from ..progress import Progress, finish
+from ..progress import Progress, finish, portion
 
 
 class Reason(IntEnum):
@@ -44,11 +44,9 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     network = embedding.network
     nodes = network.bundles(list(embedding.planes))
     everything = network.image(network.everything())
-    yield Progress(0.2, "Following the ways out of the embedding")
-    reached = network.reached_from(nodes, union(everything, nodes))
-    yield Progress(0.4, "Following the ways into the embedding")
+    reached = yield from portion(network.reached_from_steps(nodes, union(everything, nodes)), 0.1, 0.3)
     # Where a character could start: it need not have arrived by any segment.
-    leading = network.reaching(nodes, network.everything())
+    leading = yield from portion(network.reaching_steps(nodes, network.everything()), 0.3, 0.6)
     yield Progress(0.6, "Looking for other components")
     apart = difference(everything, intersection(everything, union(reached, leading)))
     elsewhere = _endless(network, apart)

@@ -154,8 +154,10 @@ def test_a_previous_embedding_of_something_else_is_no_help():
 
 def test_cancelling_is_possible_at_every_step():
     graph, environment = random_problem(1, True)
-    n_steps = len(list(embed_steps(graph, environment)))
+    fractions = [progress.fraction for progress in embed_steps(graph, environment)]
+    n_steps = len(fractions)
     assert n_steps >= 5
+    assert fractions == sorted(fractions)
     for stop in range(n_steps):
         steps = embed_steps(graph, environment)
         for _ in range(stop + 1):

@@ -1,0 +1,73 @@
+"""Wandering: every step is a link, the way between two places is a shortest one, and the floor is visited evenly."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import shortest_path
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintSettings
+from core.environment.environment import build_environment
+from core.environment.grid import Grid
+from core.errors import WalkError
+from core.playback.walk import random_node, random_walk
+from core.playback.wandering import _rings, wandering_walk
+
+from .motion_graphs import sample_graph
+from .reference import explicit_embedding, random_problem
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_every_step_is_a_link(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 0)
+    links = set(map(tuple, explicit_embedding(embedding.graph, embedding.environment, SETTINGS).links.tolist()))
+    walk = wandering_walk(embedding, np.random.default_rng(seed), 5.0)
+    states = walk.states.copy()
+    states[:, :2] %= embedding.shape[:2]
+    index = np.ravel_multi_index(states.T, embedding.shape).tolist()
+    assert all(pair in links for pair in pairwise(index))
+    assert walk.duration >= 5.0 - 1e-6
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_rings_are_the_distances_of_the_explicit_graph(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 0)
+    nodes, links = embedding.to_csr()
+    x, y, _, _ = random_node(embedding, np.random.default_rng(seed))
+    goals = np.flatnonzero((nodes[:, :2] == [x, y]).all(axis=1))
+    expected = shortest_path(links.T, unweighted=True, indices=goals).min(axis=0)
+    network, layout = embedding.network, embedding.unrolling.layout
+    found = np.full(len(nodes), -1)
+    for distance, ring in enumerate(_rings(embedding, np.array([x, y]))):
+        planes = [layout.unpack(plane) for bundle in ring for plane in network.planes(bundle)]
+        inside = np.array(planes)[nodes[:, 3] * embedding.shape[2] + nodes[:, 2], nodes[:, 0], nodes[:, 1]]
+        assert np.all(found[inside] == -1)
+        found[inside] = distance
+    assert np.array_equal(found, expected)
+
+
+def test_a_wanderer_sees_more_of_the_floor_than_chance():
+    embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (7, 8), 0.125, 24), []))
+
+    def square_metres(walk) -> float:
+        """Of squares of half a metre that a minute's walk touches, on average."""
+        paths = [walk(embedding, np.random.default_rng(i), 60.0).root_path[:, :2] for i in range(6)]
+        return float(np.mean([0.25 * len(np.unique((path / 0.5).astype(int), axis=0)) for path in paths]))
+
+    assert square_metres(wandering_walk) > 1.8 * square_metres(random_walk)
+
+
+def test_impossible_walks_say_why():
+    embedding = embed(*random_problem(1, True), SETTINGS)
+    rng = np.random.default_rng(0)
+    with pytest.raises(WalkError, match="positive duration"):
+        wandering_walk(embedding, rng, -1.0)
+    with pytest.raises(WalkError, match="no node of the embedding"):
+        wandering_walk(embedding, rng, 5.0, start=tuple(np.argwhere(~embedding.node_mask())[0].tolist()))
