@@ -13,11 +13,16 @@ def largest_component(n_segments: int, links: np.ndarray) -> np.ndarray:
     """
     if len(links) == 0:
         return np.zeros(n_segments, dtype=bool)
-    ones = np.ones(len(links), dtype=np.int8)
-    adjacency = csr_matrix((ones, (links[:, 0], links[:, 1])), shape=(n_segments, n_segments))
+    # Thousands of small graphs are looked at while cutting: rows are made here, in the form that SciPy works
+    # on, which takes a third of the time that its conversions take.
+    source, target = links[:, 0], links[:, 1]
+    rows = np.zeros(n_segments + 1, dtype=np.int32)
+    np.cumsum(np.bincount(source, minlength=n_segments), out=rows[1:])
+    columns = target[np.argsort(source, kind="stable")].astype(np.int32)
+    adjacency = csr_matrix((np.ones(len(links)), columns, rows), shape=(n_segments, n_segments))
     _, label = connected_components(adjacency, directed=True, connection="strong")
-    inner = label[links[:, 0]] == label[links[:, 1]]
-    n_links = np.bincount(label[links[inner, 0]], minlength=n_segments)
+    inner = label[source] == label[target]
+    n_links = np.bincount(label[source[inner]], minlength=n_segments)
     n_members = np.bincount(label, minlength=n_segments) * (n_links > 0)
     best = np.lexsort((n_links, n_members))[-1]
     return (label == best) & (n_members[best] > 0)

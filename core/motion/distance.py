@@ -1,12 +1,13 @@
 """The cost of switching from one frame of motion to another, for all pairs of frames."""
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..progress import Progress, finish
 from .clip import MotionClip
-from .joint_roles import joint_weights
+from .joint_roles import hips_joint, joint_weights
 from .kinematics import as_quaternions, as_rotation
 
 BLOCK_ELEMENTS = 1 << 16
@@ -27,9 +28,9 @@ class CostSettings:
     velocity_weight : float
         Weight (s^2) of squared differences of angular velocities, "nu" of Lee et al. 2002.
     height_weight : float
-        Radians for each metre of difference in root height.
+        Radians for each metre of difference in height of the root, or of the hips if they hang below it.
     travel_weight : float
-        Radians for each m/s of difference in root velocity, seen from the heading.
+        Radians for each m/s of difference in root velocity, seen from the heading; upwards that of the hips.
     turn_weight : float
         Radians for each rad/s of difference in turn rate (seconds).
     """
@@ -92,15 +93,22 @@ def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> Pos
     angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
 
     velocity = np.gradient(clip.translations[:, 0], axis=0) * rate
+    height = _body_height(clip)
     cos, sin = np.cos(heading), np.sin(heading)
     root = [
-        settings.height_weight * clip.translations[:, 0, 2],
+        settings.height_weight * height,
         settings.travel_weight * (cos * velocity[:, 0] + sin * velocity[:, 1]),
         settings.travel_weight * (cos * velocity[:, 1] - sin * velocity[:, 0]),
-        settings.travel_weight * velocity[:, 2],
+        settings.travel_weight * np.gradient(height) * rate,
         settings.turn_weight * np.gradient(heading) * rate,
     ]
     return PoseFeatures(rotations, weights, np.column_stack([angular.reshape(n_frames, -1), *root]))
+
+
+def _body_height(clip: MotionClip) -> np.ndarray:
+    """(F,) height of the hips in metres: where the root is a bone on the ground, it knows nothing of it."""
+    hips = hips_joint(clip.skeleton)
+    return clip.world[1][:, hips, 2] if hips else clip.translations[:, 0, 2]
 
 
 def joined(parts: list[PoseFeatures]) -> PoseFeatures:
@@ -151,39 +159,62 @@ def pair_costs(features: PoseFeatures, first: np.ndarray, second: np.ndarray) ->
     return squared_angles(cosines) @ features.weights + np.einsum("pm,pm->p", difference, difference)
 
 
-def close_pairs(features: PoseFeatures, max_cost: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All pairs of frames i < j whose cost is at most ``max_cost``: (i (P,), j (P,), cost (P,) float64),
-    sorted.
+def close_pairs(
+    features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All pairs of frames i < j of the same class whose cost is at most ``max_cost``.
+
+    Returns i (P,), j (P,) and cost (P,) float64, class after class, sorted by i, then j. ``classes`` (F,) holds
+    a label for every frame; all are of one class if it is not given. See :func:`close_pairs_steps`.
+    """
+    return finish(close_pairs_steps(features, max_cost, classes))
+
+
+def close_pairs_steps(
+    features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None
+) -> Generator[Progress, None, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """:func:`close_pairs` as a generator that yields Progress.
 
     Only pairs are compared exactly that may be near enough: half the squared distance of two rotation
     matrices is 4 sin^2(angle / 2) <= angle^2, hence one matrix product bounds the cost of all pairs from
     below, and tightly so where the cost is small. Memory grows with the number of pairs found.
     """
+    yield Progress(0.0, "Comparing frames")
     matrices = as_rotation(features.rotations).as_matrix().reshape(features.n_frames, -1, 9)
     matrices *= np.sqrt(features.weights / 2)[:, None]
     points = np.concatenate([matrices.reshape(features.n_frames, -1), features.vectors], axis=1)
     points -= points.mean(axis=0)
-    points = points.astype(np.float32)
     squares = np.einsum("fm,fm->f", points, points)
-    # Rounding of the squares must not lose a pair; pairs let through in vain are sorted out below.
-    slack = 16 * np.finfo(np.float32).eps * float(squares.max(initial=0))
+    # p.q - |p|^2 / 2 - |q|^2 / 2 = -|p - q|^2 / 2, all of it in one product of single precision. Its rounding
+    # error is at most half of what the squares are lessened by, so that no pair is lost; those let through in
+    # vain are sorted out below. (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1)
+    halves = -0.5 * squares * (1 - 2 * (points.shape[1] + 2) * np.finfo(np.float32).eps)
+    ones = np.ones_like(squares)
+    of_rows = np.column_stack([points, ones, halves]).astype(np.float32)
+    of_columns = np.column_stack([points, halves, ones]).astype(np.float32)
+    members = [np.arange(features.n_frames)]
+    if classes is not None:
+        members = [np.flatnonzero(classes == label) for label in np.unique(classes)]
+    work, done = max(1, sum(len(own) ** 2 for own in members)), 0
     found = []
-    height = max(1, 64 * BLOCK_ELEMENTS // max(1, features.n_frames))
-    for top in range(0, features.n_frames, height):
-        rows = slice(top, top + height)
-        block = points[rows] @ points[top:].T
-        block *= -2
-        block += squares[top:]
-        block += squares[rows, None]
-        first, second = np.nonzero(block <= max_cost + slack)
-        upper = second > first
-        first, second = first[upper] + top, second[upper] + top
-        # In pieces, because every pair takes some kilobytes for the moment.
-        for start in range(0, len(first), BLOCK_ELEMENTS):
-            i, j = first[start : start + BLOCK_ELEMENTS], second[start : start + BLOCK_ELEMENTS]
-            costs = pair_costs(features, i, j)
-            near = costs <= max_cost
-            found.append((i[near], j[near], costs[near]))
+    for own in members:
+        rows, columns = of_rows[own], of_columns[own]
+        height = max(1, 32 * BLOCK_ELEMENTS // max(1, len(own)))
+        for top in range(0, len(own), height):
+            yield Progress((done + top * (2 * len(own) - top)) / work, "Comparing frames")
+            block = rows[top : top + height] @ columns[top:].T
+            first, second = np.nonzero(block >= -max_cost / 2)
+            upper = second > first
+            first, second = own[first[upper] + top], own[second[upper] + top]
+            # In pieces, because every pair takes some kilobytes for the moment.
+            for start in range(0, len(first), BLOCK_ELEMENTS // 2):
+                piece = slice(start, start + BLOCK_ELEMENTS // 2)
+                if start > 0:
+                    yield Progress((done + top * (2 * len(own) - top)) / work, "Comparing frames")
+                costs = pair_costs(features, first[piece], second[piece])
+                near = costs <= max_cost
+                found.append((first[piece][near], second[piece][near], costs[near]))
+        done += len(own) ** 2
     if not found:
         return np.empty(0, np.intp), np.empty(0, np.intp), np.empty(0)
     i, j, costs = (np.concatenate(part) for part in zip(*found, strict=True))

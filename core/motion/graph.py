@@ -5,76 +5,29 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from ..errors import ClipError, MotionGraphError
-from ..progress import Progress, finish
+from ..progress import Progress, finish, portion
 from .clip import MotionClip
 from .clip_set import check_skeletons, distinctly_named
-from .contacts import ContactSettings, foot_contacts
-from .cutting import cut_solutions, kept_goodness, reconnected
-from .distance import CostSettings, PoseFeatures, close_pairs, joined, pose_features, transition_costs
-from .segmentation import Segmentation, Transitions, segmentation, with_continuations
+from .contacts import foot_contacts
+from .distance import PoseFeatures, joined, pose_features
+from .dropped import DroppedClip, dropped_motion
+from .frame_pairs import FramePairs, FrameSet
+from .graph_settings import MotionGraphSettings, ThresholdMode
+from .segmentation import Segmentation, with_continuations
+from .threshold import segmentation_steps
 
-_N_REFINED = 3
-"""Of the cuts found from different starts, how many are refined."""
-
-
-@dataclass(frozen=True)
-class MotionGraphSettings:
-    """How clips are cut and linked.
-
-    Attributes
-    ----------
-    frame_rate : float
-        Samples per second at which motion is compared and cut.
-    min_segment_duration : float
-        Seconds that every segment lasts at least, rounded to whole frames.
-    max_cost : float
-        Transition cost D (rad^2) above which frames are not linked. Neighbouring frames of a walk at 30
-        frames per second differ by 0.1 (slow) to 0.3 (fast).
-    sigma : float, optional
-        Cost (rad^2) at which the goodness exp(-D / sigma) of a link has fallen to 37 %; a third of
-        ``max_cost`` if not given. Smaller values prefer smooth links and more segments, larger ones many
-        links.
-    cost : CostSettings
-        What counts, and how much, in the transition cost.
-    contacts : ContactSettings
-        When a foot counts as planted; frames are only linked if the same feet are.
-    n_starts : int
-        How many times the search for cuts begins anew; the best outcome is kept.
-    seed : int
-        Of the random beginnings: the same seed, the same graph.
-    """
-
-    frame_rate: float = 30.0
-    min_segment_duration: float = 0.67
-    max_cost: float = 0.3
-    sigma: float | None = None
-    cost: CostSettings = field(default_factory=CostSettings)
-    contacts: ContactSettings = field(default_factory=ContactSettings)
-    n_starts: int = 8
-    seed: int = 0
-
-    def __post_init__(self):
-        for name in ("frame_rate", "min_segment_duration", "max_cost"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise MotionGraphError(f"The setting {name.replace('_', ' ')} is {value}; it must be positive.")
-        if self.sigma is not None and not self.sigma > 0:
-            raise MotionGraphError(f"The setting sigma is {self.sigma}; it must be positive.")
-        if self.n_starts < 1:
-            raise MotionGraphError("The search for cuts needs at least one start.")
-
-    @property
-    def min_gap(self) -> int:
-        """Frames from one cut to the next at least."""
-        return max(1, round(self.min_segment_duration * self.frame_rate))
-
-    @property
-    def goodness_width(self) -> float:
-        """``sigma``, or what stands for it."""
-        return self.max_cost / 3 if self.sigma is None else self.sigma
+__all__ = [
+    "DroppedClip",
+    "MotionGraph",
+    "MotionGraphSettings",
+    "MotionSegment",
+    "ThresholdMode",
+    "build_motion_graph",
+    "build_motion_graph_steps",
+    "segment_name",
+]
 
 
 @dataclass(frozen=True)
@@ -111,15 +64,6 @@ class MotionSegment:
 
 
 @dataclass(frozen=True)
-class DroppedClip:
-    """What was left out of the graph: seconds of a clip, and why."""
-
-    clip: str
-    seconds: float
-    reason: str
-
-
-@dataclass(frozen=True)
 class MotionGraph:
     """Segments and links, reduced to the largest strongly connected component.
 
@@ -135,6 +79,13 @@ class MotionGraph:
     link_costs : (L,) float array
         Transition cost D of each link.
     dropped : tuple of DroppedClip
+        What of the clips is not in ``segments``, and why.
+    max_cost : float
+        The threshold (rad^2) that the links were made at; not a number if they were not made by it.
+    dropped_segments : tuple of MotionSegment
+        Segments that were cut, but lie outside the component.
+    dropped_links : (D, 2) int array
+        Links from or to those, numbered on from ``segments``: segment len(segments) is dropped_segments[0].
     """
 
     clips: tuple[MotionClip, ...]
@@ -143,6 +94,9 @@ class MotionGraph:
     links: np.ndarray
     link_costs: np.ndarray
     dropped: tuple[DroppedClip, ...] = ()
+    max_cost: float = math.nan
+    dropped_segments: tuple[MotionSegment, ...] = ()
+    dropped_links: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=int))
 
 
 def build_motion_graph(clips: Sequence[MotionClip], settings: MotionGraphSettings | None = None) -> MotionGraph:
@@ -174,7 +128,7 @@ def build_motion_graph_steps(
     features: list[PoseFeatures] = []
     contacts: list[np.ndarray] = []
     for done, clip in enumerate(distinctly_named(clips)):
-        yield Progress(0.4 * done / len(clips), f"Reading {clip.name}")
+        yield Progress(0.2 * done / len(clips), f"Reading {clip.name}")
         n_frames = int(clip.duration * settings.frame_rate + 1e-6) + 1
         if n_frames <= settings.min_gap:
             reason = f"shorter than a segment of {settings.min_segment_duration:g} s"
@@ -190,56 +144,34 @@ def build_motion_graph_steps(
             f"'{max(clips, key=lambda clip: clip.duration).name}'); use longer clips or a shorter minimum."
         )
 
-    yield Progress(0.4, "Comparing frames")
     lengths = np.array([clip.n_frames for clip in usable])
-    frames = _Frames(joined(features), np.concatenate(contacts), lengths, settings.min_gap)
-    first, second, costs = frames.linkable_pairs(settings.max_cost)
+    frames = FrameSet(joined(features), np.concatenate(contacts), lengths, settings.min_gap)
+    pairs = yield from portion(frames.pairs_steps(settings.max_cost), 0.2, 0.5)
+    n_given = sum(clip.duration for clip in clips) * settings.frame_rate
+    threshold, cut = yield from portion(segmentation_steps(pairs, frames, settings, n_given), 0.5, 1.0)
+    if not cut.kept.any():
+        raise _nothing_connects(frames, settings, pairs)
+    pairs = pairs.up_to(threshold)
+    transitions = with_continuations(pairs.first, pairs.second, pairs.cost, frames.n_frames)
+    dropped += dropped_motion(usable, frames, cut, transitions, threshold)
 
-    yield Progress(0.6, "Choosing cuts")
-    # However narrow sigma is, a possible link stays worth more than none.
-    quality = np.maximum(np.exp(-costs / settings.goodness_width), 1e-6)
-    goodness = frames.symmetric(first, second, quality)
-    transitions = with_continuations(first, second, costs, len(frames.owner))
-    cuts = yield from _choose_cuts(goodness, lengths, settings)
-    best = segmentation(cuts, lengths, transitions)
-    if not best.kept.any():
-        raise _nothing_connects(frames, settings, costs)
-
-    offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    segments = []
-    for first_frame, last_frame in zip(best.first[best.kept], best.last[best.kept], strict=True):
-        owner = int(frames.owner[first_frame])
-        segments.append(
-            _segment(usable[owner], owner, int(first_frame - offsets[owner]), int(last_frame - offsets[owner]))
-        )
-    number = np.cumsum(best.kept) - 1
+    segments = _segments(usable, frames, cut)
+    # Kept segments come first, so that the links' numbers hold for the graph and for what was dropped.
+    order = np.argsort(~cut.kept, kind="stable")
+    number = np.argsort(order)
+    outer = number[cut.links[~cut.inner]]
+    n_kept = np.count_nonzero(cut.kept)
     return MotionGraph(
         clips=tuple(usable),
         frame_rate=settings.frame_rate,
-        segments=tuple(segments),
-        links=number[best.links[best.inner]],
-        link_costs=best.costs[best.inner],
-        dropped=(*dropped, *_left_out(usable, frames, best, transitions, settings)),
+        segments=tuple(segments[i] for i in order[:n_kept]),
+        links=number[cut.links[cut.inner]],
+        link_costs=cut.costs[cut.inner],
+        dropped=tuple(dropped),
+        max_cost=threshold,
+        dropped_segments=tuple(segments[i] for i in order[n_kept:]),
+        dropped_links=outer[np.lexsort((outer[:, 1], outer[:, 0]))],
     )
-
-
-def _choose_cuts(
-    goodness: csr_matrix, lengths: np.ndarray, settings: MotionGraphSettings
-) -> Generator[Progress, None, list[np.ndarray]]:
-    """The cuts that keep the most goodness, of those found from all starts."""
-    rng = np.random.default_rng(settings.seed)
-    found = []
-    for cuts in cut_solutions(goodness, lengths, settings.min_gap, settings.n_starts, rng):
-        found.append((kept_goodness(goodness, lengths, cuts), cuts))
-        yield Progress(0.6 + 0.2 * len(found) / settings.n_starts, "Choosing cuts")
-    # Refining takes longer than finding: only the most promising are worth it.
-    found.sort(key=lambda scored: -scored[0])
-    refined = []
-    for rank, (_, cuts) in enumerate(found[:_N_REFINED]):
-        for better in reconnected(goodness, lengths, settings.min_gap, cuts):
-            refined.append((kept_goodness(goodness, lengths, better), better))
-            yield Progress(0.8 + 0.2 * rank / _N_REFINED, "Connecting segments")
-    return max(refined, key=lambda scored: scored[0])[1]
 
 
 def segment_name(clip: MotionClip, first: int, last: int) -> str:
@@ -248,48 +180,13 @@ def segment_name(clip: MotionClip, first: int, last: int) -> str:
     return f"{clip.name} [{start + first}-{start + last}]"
 
 
-@dataclass(frozen=True)
-class _Frames:
-    """The frames of all clips, one clip after the other, as they are compared."""
-
-    features: PoseFeatures
-    contacts: np.ndarray
-    lengths: np.ndarray
-    min_gap: int
-
-    @property
-    def owner(self) -> np.ndarray:
-        """(N,) int: the clip of each frame."""
-        return np.repeat(np.arange(len(self.lengths)), self.lengths)
-
-    def linkable_pairs(self, max_cost: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Pairs of frames i < j that can both be cuts and be linked: (i, j, cost), (P,) each."""
-        first, second, costs = close_pairs(self.features, max_cost)
-        allowed = self.may_link(first, second)
-        return first[allowed], second[allowed], costs[allowed]
-
-    def may_link(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Whether the same feet are planted and the cuts would be far enough apart."""
-        owner = self.owner
-        apart = (owner[first] != owner[second]) | (np.abs(second - first) >= self.min_gap)
-        return apart & (self.contacts[first] == self.contacts[second]).all(axis=-1)
-
-    def symmetric(self, first: np.ndarray, second: np.ndarray, values: np.ndarray) -> csr_matrix:
-        """(N, N) sparse array with each pair's value at both of its places."""
-        n_frames = len(self.contacts)
-        places = np.concatenate([first, second]), np.concatenate([second, first])
-        return csr_matrix((np.tile(values, 2), places), shape=(n_frames, n_frames))
-
-    def lowest_cost(self) -> float:
-        """Lowest cost of any pair that could be linked; infinite if there is none."""
-        every = np.arange(len(self.contacts))
-        lowest = math.inf
-        for rows in np.array_split(every, math.ceil(len(every) / 256)):
-            block = PoseFeatures(self.features.rotations[rows], self.features.weights, self.features.vectors[rows])
-            costs = transition_costs(block, self.features)
-            costs[~self.may_link(rows[:, None], every)] = np.inf
-            lowest = min(lowest, float(costs.min()))
-        return lowest
+def _segments(clips: Sequence[MotionClip], frames: FrameSet, cut: Segmentation) -> list[MotionSegment]:
+    owners = frames.owner[cut.first]
+    first, last = cut.first - frames.offsets[owners], cut.last - frames.offsets[owners]
+    return [
+        _segment(clips[owner], owner, *span)
+        for owner, *span in zip(owners.tolist(), first.tolist(), last.tolist(), strict=True)
+    ]
 
 
 def _segment(clip: MotionClip, owner: int, first: int, last: int) -> MotionSegment:
@@ -310,57 +207,14 @@ def _segment(clip: MotionClip, owner: int, first: int, last: int) -> MotionSegme
     )
 
 
-def _left_out(
-    clips: list[MotionClip],
-    frames: _Frames,
-    cut: Segmentation,
-    transitions: Transitions,
-    settings: MotionGraphSettings,
-) -> list[DroppedClip]:
-    """What of each clip is in no kept segment, in seconds by reason."""
-    n_frames = len(frames.contacts)
-    is_start, is_end = np.zeros(n_frames, dtype=bool), np.zeros(n_frames, dtype=bool)
-    is_start[cut.first[cut.kept]] = is_end[cut.last[cut.kept]] = True
-    switches = transitions.end != transitions.start
-    linkable, entered, left = np.zeros((3, len(clips)), dtype=bool)
-    linkable[frames.owner[transitions.start[switches]]] = True
-    entered[frames.owner[transitions.start[switches & is_end[transitions.end]]]] = True
-    left[frames.owner[transitions.end[switches & is_start[transitions.start]]]] = True
-    offsets = np.concatenate([[0], np.cumsum(frames.lengths)[:-1]])
-    dropped = []
-    for index, clip in enumerate(clips):
-        own = np.flatnonzero(cut.kept & (frames.owner[cut.first] == index))
-        if len(own):
-            # What is kept of a clip is in one piece: whatever lies between two kept segments joins them.
-            before = float(cut.first[own[0]] - offsets[index]) / clip.frame_rate
-            after = clip.duration - float(cut.last[own[-1]] - offsets[index]) / clip.frame_rate
-            if before > 0:
-                dropped.append(DroppedClip(clip.name, before, "no transition leads to its beginning"))
-            if after > 1e-9:
-                dropped.append(DroppedClip(clip.name, after, "no transition leads back from its end"))
-            continue
-        if not linkable[index]:
-            reason = f"no transitions at a cost of {settings.max_cost:g} or less"
-        elif entered[index] and left[index]:
-            reason = "no transition leads to it early enough to leave it again"
-        elif entered[index]:
-            reason = "no transition leads back from it"
-        elif left[index]:
-            reason = "no transition leads to it"
-        else:
-            reason = "its transitions lead only to motion that was dropped"
-        dropped.append(DroppedClip(clip.name, clip.duration, reason))
-    return dropped
-
-
-def _nothing_connects(frames: _Frames, settings: MotionGraphSettings, costs: np.ndarray) -> MotionGraphError:
-    lowest = float(costs.min()) if len(costs) else frames.lowest_cost()
+def _nothing_connects(frames: FrameSet, settings: MotionGraphSettings, pairs: FramePairs) -> MotionGraphError:
+    lowest = float(pairs.cost.min()) if len(pairs.cost) else frames.lowest_cost()
     if not math.isfinite(lowest):
         return MotionGraphError(
             "Nothing connects: no two frames far enough apart have the same feet on the ground. Use more or "
             "longer clips, or a shorter minimum segment."
         )
-    advice = math.ceil(15 * max(lowest, settings.max_cost if len(costs) else 0.0)) / 10
+    advice = math.ceil(15 * max(lowest, settings.max_cost if len(pairs.cost) else 0.0)) / 10
     return MotionGraphError(
         f"Nothing connects at a cost of {settings.max_cost:g} or less: the lowest cost between frames that "
         f"could be linked is {lowest:.2g}. Raise the maximum cost to {advice:g}, shorten the minimum segment, or "

@@ -10,14 +10,15 @@ from enum import Enum
 import numpy as np
 
 from ..errors import ClipError
-from .kinematics import world_transforms
 from .skeleton import Skeleton
+from .stature import rest_world
 
 
 class JointRole(Enum):
     """What a joint is for; limbs come in a left and a right one."""
 
     ROOT = "root"
+    HIPS = "hips"
     SPINE = "spine"
     HEAD = "head"
     THIGH = "thigh"
@@ -37,12 +38,15 @@ _LIMB_NAMES = {
     JointRole.UPPER_ARM: ("upperarm", "uparm", "arm", "shoulder"),
     JointRole.LOWER_ARM: ("forearm", "lowerarm", "lowarm", "elbow"),
 }
-_SPINE_NAMES = ("spine", "lowerback", "waist", "abdomen", "torso", "chest", "upperchest")
+_SPINE = [("", name) for name in ("spine", "lowerback", "waist", "abdomen", "torso", "chest", "upperchest")]
 # "shoulder" and "hip" mean the limb only where nothing says so more clearly: CMU's LeftShoulder is a collar
 # bone.
-_DECORATION = {"def", "bip", "j", "c", "b", "cc", "base"}
+_DECORATION = {"def", "bip", "j", "c", "b", "cc", "base", "mixamorig"}
+_DEFORMING = "DEF-"
+"""Rigify's prefix of the bones that move the mesh. Controls and mechanism bear the same names without it."""
 
 _WEIGHTED_ROLES = (
+    JointRole.HIPS,
     JointRole.SPINE,
     JointRole.THIGH,
     JointRole.SHIN,
@@ -54,11 +58,18 @@ _WEIGHTED_ROLES = (
 def guess_joint_roles(skeleton: Skeleton) -> dict[tuple[JointRole, str], tuple[int, ...]]:
     """Joints by role and side: keys are (role, side) with side "left", "right" or "" for the trunk.
 
-    The root is always joint 0. Limb roles hold one joint, the one nearest to the root (so that twist bones
-    do not count); the spine holds every joint so named below the root and above an upper arm. Roles
-    that no name speaks of are absent.
+    The root is always joint 0. The hips are the joints below it down to where the thighs meet, if they do not
+    meet at the root itself. Limb roles hold one joint, the first so named (so that twist bones do not
+    count); the spine holds every joint so named below the root and above an upper arm. In a rig that has
+    Rigify's deforming bones ("DEF-") limbs and spine are sought among those. Roles that no name speaks of are
+    absent.
     """
-    names = [_split_name(name) for name in skeleton.names]
+    every = [_split_name(name) for name in skeleton.names]
+    deforming = any(name.startswith(_DEFORMING) for name in skeleton.names)
+    names = [
+        split if name.startswith(_DEFORMING) or not deforming else ("", "")
+        for name, split in zip(skeleton.names, every, strict=True)
+    ]
     roles: dict[tuple[JointRole, str], tuple[int, ...]] = {(JointRole.ROOT, ""): (0,)}
     for role, known in _LIMB_NAMES.items():
         for side in ("left", "right"):
@@ -67,23 +78,29 @@ def guess_joint_roles(skeleton: Skeleton) -> dict[tuple[JointRole, str], tuple[i
                     roles[role, side] = (names.index((side, core), 1),)
                     break
     arms = [joints[0] for (role, _), joints in roles.items() if role is JointRole.UPPER_ARM]
-    carriers = set().union(*(_ancestors(skeleton, arm) for arm in arms)) if arms else set(range(skeleton.n_joints))
-    spine = tuple(
-        joint
-        for joint, (side, core) in enumerate(names)
-        if joint > 0 and not side and core in _SPINE_NAMES and joint in carriers
-    )
+    spine = _below_arms(skeleton, [joint for joint, split in enumerate(names) if joint > 0 and split in _SPINE], arms)
     if spine:
         roles[JointRole.SPINE, ""] = spine
-    if ("", "head") in names[1:]:
-        roles[JointRole.HEAD, ""] = (names.index(("", "head"), 1),)
+    thighs = [joints[0] for (role, _), joints in roles.items() if role is JointRole.THIGH]
+    if len(thighs) == 2:
+        shared = _ancestors(skeleton, thighs[0]) & _ancestors(skeleton, thighs[1])
+        hips = tuple(sorted(shared - {0, *thighs, *spine}))
+        if hips:
+            roles[JointRole.HIPS, ""] = hips
+    if ("", "head") in every[1:]:
+        roles[JointRole.HEAD, ""] = (every.index(("", "head"), 1),)
     return roles
+
+
+def hips_joint(skeleton: Skeleton) -> int:
+    """The joint whose height is that of the body: where the thighs meet, or the root if there is no telling."""
+    return guess_joint_roles(skeleton).get((JointRole.HIPS, ""), (0,))[-1]
 
 
 def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None) -> np.ndarray:
     """(J,) weight of each joint's angle in the transition cost; the root's entry weighs its tilt.
 
-    Guessed unless ``by_name`` says otherwise: 1 for root, spine, thighs, shins, upper and lower arms, 0 for
+    Guessed unless ``by_name`` says otherwise: 1 for root, hips, spine, thighs, shins, upper and lower arms, 0 for
     the rest (Lee et al. 2002, section 4.1). If thighs and shins cannot be told from the names, every joint
     that has children weighs 1. ``by_name`` gives weights by bone name, replaces the guess for the bones that
     it names and raises ClipError for unknown bones and negative weights.
@@ -160,12 +177,22 @@ def _ancestors(skeleton: Skeleton, joint: int) -> set[int]:
     return found
 
 
+def _below_arms(skeleton: Skeleton, spine: list[int], arms: list[int]) -> tuple[int, ...]:
+    """Those of the joints named ``spine`` that carry an arm; the others are the neck."""
+    if not arms:
+        return tuple(spine)
+    carriers = set().union(*(_ancestors(skeleton, arm) for arm in arms))
+    carrying = tuple(joint for joint in spine if joint in carriers)
+    if carrying:
+        return carrying
+    # In generated rigs the arms hang from some mechanism; what carries them is told by its height then.
+    height = rest_world(skeleton)[1][:, 2]
+    return tuple(joint for joint in spine if height[joint] <= height[arms].max())
+
+
 def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The two lowest leaves in the rest pose, each with its parent, that belong to different legs."""
-    rotations, positions = world_transforms(
-        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
-    )
-    positions = positions[0]
+    rotations, positions = rest_world(skeleton)
     height = positions[:, 2]
     leaves = np.setdiff1d(np.arange(1, skeleton.n_joints), skeleton.parents)
     leaves = leaves[np.argsort(height[leaves], kind="stable")]
@@ -176,7 +203,7 @@ def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]
         meeting = max(_ancestors(skeleton, leaves[0]) & _ancestors(skeleton, other))
         if height[meeting] > ankle_height:
             feet = [(int(skeleton.parents[leaf]), int(leaf)) for leaf in (leaves[0], other)]
-            w, xyz = rotations[0, 0, 0], rotations[0, 0, 1:]
+            w, xyz = rotations[0, 0], rotations[0, 1:]
             turned = 2 * np.cross(xyz, skeleton.forward)
             forward = skeleton.forward + w * turned + np.cross(xyz, turned)
             side = [forward[0] * positions[foot[1], 1] - forward[1] * positions[foot[1], 0] for foot in feet]

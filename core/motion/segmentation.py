@@ -64,6 +64,15 @@ class Segmentation:
         """(L,) bool: the links between kept segments."""
         return self.kept[self.links[:, 0]] & self.kept[self.links[:, 1]]
 
+    def limited(self, threshold: float) -> "Segmentation":
+        """The same segments with the links that cost ``threshold`` or less, and the component that they make."""
+        cheap = self.costs <= threshold
+        if cheap.all():
+            return self
+        links = self.links[cheap]
+        kept = largest_component(len(self.first), links)
+        return Segmentation(self.first, self.last, links, self.costs[cheap], kept)
+
 
 def segmentation(cuts: list[np.ndarray], lengths: np.ndarray, transitions: Transitions) -> Segmentation:
     """The segments that ``cuts`` (of each clip, counted from its first frame) make, and their links."""

@@ -16,13 +16,24 @@ from tests.core.geometry import box_triangles
 from tests.core.motion_graphs import DEFECTIVE_FRAMES
 
 
+def data_folder() -> Path:
+    """Where the recorded motions are, if they are at hand."""
+    return Path(os.environ.get("WAYFARER_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
+
+
 @cache
 def clips() -> tuple[MotionClip, ...]:
     """The recorded motions where they are at hand (WAYFARER_DATA), the sample character's otherwise."""
-    folder = Path(os.environ.get("WAYFARER_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "cmu16"
+    folder = data_folder() / "cmu16"
     if not folder.is_dir():
         return tuple(sample_repertoire())
     return tuple(read_bvh(f, drop_first=DEFECTIVE_FRAMES.get(f.stem, 0)) for f in sorted(folder.glob("*.bvh")))
+
+
+@cache
+def large_clips() -> tuple[MotionClip, ...]:
+    """The 160 recorded motions (611 s) of the scale set; none where they are not at hand."""
+    return tuple(read_bvh(file) for file in sorted((data_folder() / "cmu_locomotion").glob("*.bvh")))
 
 
 @cache

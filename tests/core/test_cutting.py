@@ -1,6 +1,6 @@
 """Cuts against exhaustive search on problems small enough for it."""
 
-from itertools import combinations, pairwise, product
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,23 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
-from core.motion.cutting import (
-    CONTINUATION,
-    best_cuts,
-    cut_solutions,
-    kept_goodness,
-    reconnected,
-    total_goodness,
-)
+from core.motion.connecting import kept_goodness, reconnect_steps
+from core.motion.cutting import CONTINUATION, best_cuts, cut_steps, total_goodness
+from core.progress import finish
+
+from .cuttings import exhaustive_best, greedy_cuts, spaced
 
 
-def spaced(n_frames, min_gap):
-    """All choices of cuts: none, or at least two, far enough apart."""
-    yield ()
-    for n_cuts in range(2, n_frames // min_gap + 2):
-        for cuts in combinations(range(n_frames), n_cuts):
-            if all(b - a >= min_gap for a, b in pairwise(cuts)):
-                yield cuts
+def cut_solutions(*arguments):
+    return finish(cut_steps(*arguments))
 
 
 def segments_of(all_cuts, lengths):
@@ -98,13 +90,6 @@ def test_total_goodness_counts_every_link_once():
     assert {value for _, _, value in links} > {CONTINUATION}
 
 
-def exhaustive(goodness, lengths, min_gap, score):
-    best = 0.0
-    for choice in product(*(list(spaced(length, min_gap)) for length in lengths)):
-        best = max(best, score(csr_matrix(goodness), lengths, [np.array(cuts, dtype=int) for cuts in choice]))
-    return best
-
-
 def test_cuts_of_small_problems_are_mostly_the_best_there_are():
     rng = np.random.default_rng(1)
     lengths, min_gap = [7, 8], 3
@@ -112,9 +97,9 @@ def test_cuts_of_small_problems_are_mostly_the_best_there_are():
     for _ in range(20):
         goodness = random_goodness(rng, lengths, min_gap, density=0.3)
         sparse = csr_matrix(goodness)
-        solutions = list(cut_solutions(sparse, lengths, min_gap, 8, np.random.default_rng(0)))
+        solutions = cut_solutions(sparse, lengths, min_gap, 8, np.random.default_rng(0))
         found = max(total_goodness(sparse, lengths, cuts) for cuts in solutions)
-        best = exhaustive(goodness, lengths, min_gap, total_goodness)
+        best = exhaustive_best(sparse, lengths, min_gap, total_goodness)
         assert found <= best + 1e-9
         assert found > 0.7 * best
         equal += found > best - 1e-9
@@ -146,18 +131,79 @@ def test_cuts_keep_their_distance_and_reconnecting_never_keeps_less():
     for seed in range(5):
         goodness, lengths, min_gap = random_problem(seed)
         for cuts in cut_solutions(goodness, lengths, min_gap, 3, np.random.default_rng(0)):
-            before = kept = kept_goodness(goodness, lengths, cuts)
-            for better in reconnected(goodness, lengths, min_gap, cuts):
-                now = kept_goodness(goodness, lengths, better)
-                assert now >= kept - 1e-9
-                kept = now
-                for frames, length in zip(better, lengths, strict=True):
-                    assert len(frames) != 1
-                    assert (np.diff(frames) >= min_gap).all()
-                    assert ((frames >= 0) & (frames < length)).all()
-                assert len(better[1]) == 0  # five frames hold no segment of six
+            before = kept_goodness(goodness, lengths, cuts)
+            better, kept = finish(reconnect_steps(goodness, lengths, min_gap, cuts))
+            assert kept == pytest.approx(kept_goodness(goodness, lengths, better))
+            assert kept >= before - 1e-9
+            for frames, length in zip(better, lengths, strict=True):
+                assert len(frames) != 1
+                assert (np.diff(frames) >= min_gap).all()
+                assert ((frames >= 0) & (frames < length)).all()
+            assert len(better[1]) == 0  # five frames hold no segment of six
             gained += kept - before
     assert gained > 0
+
+
+def obvious_kept(goodness, lengths, cuts):
+    """Goodness within the largest component, by walking from every segment."""
+    n_segments = len(segments_of(cuts, lengths))
+    links = obvious_links(goodness, lengths, cuts)
+    reach = np.zeros((n_segments, n_segments), dtype=bool)
+    for i, j, _ in links:
+        reach[i, j] = True
+    for middle in range(n_segments):
+        reach |= reach[:, [middle]] & reach[[middle]]
+    both = reach & reach.T
+    best = (0, 0, 0.0)
+    for members in both:
+        inner = [value for i, j, value in links if members[i] and members[j]]
+        best = max(best, (int(members.sum()), len(inner), sum(inner)))
+    return best[2]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_kept_goodness_is_that_of_an_obvious_component(seed):
+    goodness, lengths, min_gap = random_problem(seed)
+    for cuts in cut_solutions(goodness, lengths, min_gap, 3, np.random.default_rng(seed)):
+        better, _ = finish(reconnect_steps(goodness, lengths, min_gap, cuts))
+        for choice in (cuts, better):
+            expected = obvious_kept(goodness.toarray(), lengths, choice)
+            assert kept_goodness(goodness, lengths, choice) == pytest.approx(expected)
+            assert expected > 0
+
+
+def test_reconnected_cuts_of_small_problems_are_mostly_the_best_there_are():
+    rng = np.random.default_rng(2)
+    lengths, min_gap = [7, 8], 3
+    shares = []
+    for _ in range(20):
+        goodness = csr_matrix(random_goodness(rng, lengths, min_gap, density=0.4))
+        found = max(
+            finish(reconnect_steps(goodness, lengths, min_gap, cuts))[1]
+            for cuts in cut_solutions(goodness, lengths, min_gap, 8, np.random.default_rng(0))
+        )
+        best = exhaustive_best(goodness, lengths, min_gap, kept_goodness)
+        assert found <= best + 1e-9
+        if best > 0:
+            shares.append(found / best)
+    assert len(shares) >= 15
+    assert np.mean(shares) > 0.85
+    assert np.mean(np.array(shares) > 1 - 1e-9) > 0.6
+
+
+def test_greedy_cuts_are_worse():
+    ours, theirs = 0.0, 0.0
+    for seed in range(5):
+        goodness, lengths, min_gap = random_problem(seed)
+        solutions = cut_solutions(goodness, lengths, min_gap, 4, np.random.default_rng(0))
+        greedy = greedy_cuts(goodness, lengths, min_gap)
+        for frames in greedy:
+            assert len(frames) != 1 and (np.diff(frames) >= min_gap).all()
+        ours += max(finish(reconnect_steps(goodness, lengths, min_gap, cuts))[1] for cuts in solutions)
+        theirs += kept_goodness(goodness, lengths, greedy)
+        best = max(total_goodness(goodness, lengths, cuts) for cuts in solutions)
+        assert best > total_goodness(goodness, lengths, greedy) > 0
+    assert ours > theirs
 
 
 def test_kept_goodness_leaves_out_what_cannot_be_returned_to():
@@ -173,7 +219,7 @@ def test_kept_goodness_leaves_out_what_cannot_be_returned_to():
 
 def test_the_same_seed_makes_the_same_cuts():
     goodness, lengths, min_gap = random_problem(7)
-    runs = [list(cut_solutions(goodness, lengths, min_gap, 4, np.random.default_rng(3))) for _ in range(2)]
+    runs = [cut_solutions(goodness, lengths, min_gap, 4, np.random.default_rng(3)) for _ in range(2)]
     for one, two in zip(*runs, strict=True):
         for a, b in zip(one, two, strict=True):
             np.testing.assert_array_equal(a, b)

@@ -6,10 +6,12 @@ from scipy.spatial.transform import Rotation
 
 from core.errors import ClipError
 from core.motion.clip import MotionClip
+from core.motion.contacts import foot_contacts
 from core.motion.distance import (
     CostSettings,
     close_pairs,
     joined,
+    pair_costs,
     pose_features,
     squared_angles,
     transition_costs,
@@ -183,6 +185,65 @@ def test_close_pairs_are_all_pairs_below_the_threshold(max_cost):
     assert not (upper & (costs < max_cost - 1e-5) & ~found).any()
     assert len(first) == np.count_nonzero(found)
     assert 0 < len(first) < np.count_nonzero(upper)
+
+
+@pytest.mark.parametrize(("max_cost", "scale"), [(0.3, 1.0), (2.0, 1.0), (40.0, 1.0), (900.0, 30.0)])
+def test_no_pair_is_lost_by_skipping(max_cost, scale):
+    """Random poses, fast and far apart: the bound is loose and its rounding at its worst."""
+    rng = np.random.default_rng(7)
+    parts = [pose_features(smooth_clip(rng, 100)), pose_features(random_clip(rng, 60, scale=scale))]
+    features = joined([*parts, parts[0]])
+    classes = rng.integers(0, 3, features.n_frames)
+    i, j = np.triu_indices(features.n_frames, 1)
+    costs = pair_costs(features, i, j)
+    for labels in (None, classes):
+        near = costs <= max_cost
+        if labels is not None:
+            near &= labels[i] == labels[j]
+        found = close_pairs(features, max_cost, labels)
+        order = np.lexsort((found[1], found[0]))
+        assert labels is not None or (order == np.arange(len(order))).all()
+        found = [part[order] for part in found]
+        np.testing.assert_array_equal(np.column_stack(found[:2]), np.column_stack([i[near], j[near]]))
+        np.testing.assert_allclose(found[2], costs[near], rtol=1e-12)
+        assert 0 < len(found[0]) < len(i)
+
+
+def test_no_pair_of_recorded_frames_is_lost_by_skipping(data_folder):
+    files = sorted((data_folder / "cmu_locomotion").glob("*.bvh"))[::10]
+    clips = [read_bvh(file).resampled(30.0) for file in files]
+    features = joined([pose_features(clip) for clip in clips])
+    contacts = np.concatenate([foot_contacts(clip) for clip in clips]) @ [1, 2]
+    dense = transition_costs(features, features)
+    same = contacts[:, None] == contacts
+    for max_cost in (0.1, 0.3, 1.0):
+        first, second, costs = close_pairs(features, max_cost, contacts)
+        found = np.zeros(dense.shape, dtype=bool)
+        found[first, second] = True
+        # Costs that differ from the threshold by less than single precision may be on either side of it.
+        assert not (np.triu(same & (dense < max_cost - 1e-5), 1) & ~found).any()
+        assert not (found & (dense > max_cost + 1e-5)).any()
+        assert same[first, second].all()
+        np.testing.assert_allclose(costs, dense[first, second], atol=1e-5)
+        assert len(first) > 100
+
+
+def test_a_root_on_the_ground_leaves_the_height_to_the_hips():
+    names = ("root", "pelvis", "thigh_l", "calf_l", "foot_l", "thigh_r", "calf_r", "foot_r")
+    character = skeleton(names, (-1, 0, 1, 2, 3, 1, 5, 6))
+    rotations = np.tile([1.0, 0, 0, 0], (20, 8, 1))
+    translations = np.zeros((20, 8, 3))
+    translations[:, 1, 2] = 1.0
+    upright = MotionClip("upright", character, 30.0, rotations, translations)
+    lower = translations.copy()
+    lower[:, 1, 2] = 0.5
+    low = MotionClip("low", character, 30.0, rotations, lower)
+    bent = rotations.copy()
+    bent[:, 1] = Rotation.from_euler("Y", 0.4).as_quat(scalar_first=True)
+    leaning = MotionClip("leaning", character, 30.0, bent, translations)
+    features = pose_features(upright)
+    np.testing.assert_allclose(transition_costs(features, pose_features(low)), 0.25, atol=1e-5)
+    np.testing.assert_allclose(transition_costs(features, pose_features(leaning)), 0.16, atol=1e-5)
 
 
 def test_no_close_pairs():

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from core.errors import ClipError
 from core.motion.clip import MotionClip
 from core.motion.contacts import foot_contacts
-from core.motion.distance import CostSettings, pose_features, transition_costs
+from core.motion.distance import pose_features, transition_costs
 from core.motion.doctor import examine
 from core.motion.graph import build_motion_graph
 from core.motion.heading import steady_heading, with_steady_heading
@@ -186,16 +186,8 @@ def test_a_root_bone_changes_neither_findings_nor_mirrors_nor_headings(both):
     assert np.hypot(*gap.T).max() < 0.02 * np.hypot(*np.diff(clip.ground_path[:, :2], axis=0).T).sum()
 
 
-def test_of_a_root_bone_the_cost_lacks_the_height_of_the_hips(both):
+def test_a_root_bone_does_not_change_the_cost(both):
     clip, rooted = both
-    settings = CostSettings()
-    hips = replace(settings, joint_weights={"Root": 0.0, "Hips": 1.0})
-    full = transition_costs(*[pose_features(clip, settings)] * 2)
-    got = transition_costs(*[pose_features(rooted, hips)] * 2)
-    height = clip.translations[:, 0, 2]
-    climb = np.gradient(height) * clip.frame_rate
-    missing = (settings.height_weight * (height[:, None] - height)) ** 2
-    missing += (settings.travel_weight * (climb[:, None] - climb)) ** 2
-    np.testing.assert_allclose(got + missing, full, atol=2e-4)
-    # And with the guessed weights, their tilt as well.
-    assert np.all(transition_costs(*[pose_features(rooted)] * 2) < got + 2e-4)
+    expected = transition_costs(*[pose_features(clip)] * 2)
+    np.testing.assert_allclose(transition_costs(*[pose_features(rooted)] * 2), expected, atol=2e-4)
+    assert expected.max() > 0.1

@@ -1,0 +1,101 @@
+"""The frames of all clips side by side, and which pairs of them may be linked."""
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from ..progress import Progress
+from .distance import PoseFeatures, close_pairs_steps, transition_costs
+
+
+@dataclass(frozen=True)
+class FramePairs:
+    """Pairs of frames i < j that may both be cuts and be linked.
+
+    Attributes
+    ----------
+    first, second : (P,) int array
+        Frames i and j; the frames of all clips are numbered through, clip after clip.
+    cost : (P,) float array
+        Transition cost D (rad^2).
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    cost: np.ndarray
+
+    def up_to(self, threshold: float) -> "FramePairs":
+        """The pairs that cost ``threshold`` or less."""
+        chosen = self.cost <= threshold
+        return self if chosen.all() else FramePairs(self.first[chosen], self.second[chosen], self.cost[chosen])
+
+    def goodness(self, n_frames: int, width: float) -> csr_matrix:
+        """(N, N) sparse array with exp(-D / width) at both places of every pair."""
+        # However narrow the width is, a possible link stays worth more than none.
+        quality = np.maximum(np.exp(-self.cost / width), 1e-6)
+        places = np.concatenate([self.first, self.second]), np.concatenate([self.second, self.first])
+        return csr_matrix((np.tile(quality, 2), places), shape=(n_frames, n_frames))
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """The frames of all clips, one clip after the other, as they are compared.
+
+    Attributes
+    ----------
+    features : PoseFeatures
+    contacts : (N, 2) bool array
+        Left and right foot planted.
+    lengths : (C,) int array
+        Frames of each clip; their sum is N.
+    min_gap : int
+        Least number of frames from one cut of a clip to the next.
+    """
+
+    features: PoseFeatures
+    contacts: np.ndarray
+    lengths: np.ndarray
+    min_gap: int
+
+    @property
+    def n_frames(self) -> int:
+        return len(self.contacts)
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """(N,) int: the clip of each frame."""
+        return np.repeat(np.arange(len(self.lengths)), self.lengths)
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        """(C,) int: the first frame of each clip."""
+        return np.cumsum(self.lengths) - self.lengths
+
+    def pairs_steps(self, max_cost: float) -> Generator[Progress, None, FramePairs]:
+        """All pairs that may be linked at a cost of ``max_cost`` or less."""
+        planted = self.contacts @ [1, 2]
+        first, second, costs = yield from close_pairs_steps(self.features, max_cost, planted)
+        allowed = self._apart(first, second)
+        return FramePairs(first[allowed], second[allowed], costs[allowed])
+
+    def may_link(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Whether the same feet are planted and the cuts would be far enough apart."""
+        return self._apart(first, second) & (self.contacts[first] == self.contacts[second]).all(axis=-1)
+
+    def lowest_cost(self) -> float:
+        """Lowest cost of any pair that could be linked; infinite if there is none."""
+        every = np.arange(self.n_frames)
+        lowest = math.inf
+        for rows in np.array_split(every, math.ceil(len(every) / 256)):
+            block = PoseFeatures(self.features.rotations[rows], self.features.weights, self.features.vectors[rows])
+            costs = transition_costs(block, self.features)
+            costs[~self.may_link(rows[:, None], every)] = np.inf
+            lowest = min(lowest, float(costs.min()))
+        return lowest
+
+    def _apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        return (self.owner[first] != self.owner[second]) | (np.abs(second - first) >= self.min_gap)
