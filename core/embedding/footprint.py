@@ -87,10 +87,14 @@ def edit_profile(segment: MotionSegment) -> np.ndarray:
     return profile
 
 
-def rotated_path(segment: MotionSegment, angle: float) -> np.ndarray:
-    """(F, 2) x, y in metres of the segment's own path, started at the origin with heading ``angle``."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return segment.path[:, :2] @ np.array([[cosine, sine], [-sine, cosine]])
+def rotated_path(segment: MotionSegment, angle) -> np.ndarray:
+    """x, y in metres of the segment's own path, started at the origin with heading ``angle`` (rad).
+
+    (F, 2) for one angle, (n, F, 2) for an array of n.
+    """
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    x, y = segment.path[:, 0], segment.path[:, 1]
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
 def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> Footprints:
@@ -102,7 +106,7 @@ def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) 
     snap = settings.rule is FootprintRule.SNAP
 
     radius = settings.position_base + settings.position_rate * length
-    ends = np.stack([rotated_path(segment, k * grid.heading_step)[-1] for k in range(grid.n_headings)])
+    ends = rotated_path(segment, np.arange(grid.n_headings) * grid.heading_step)[:, -1]
     nearest = np.floor(ends / grid.cell_size + 0.5).astype(int)
     span = int(np.ceil(radius / grid.cell_size))
     around = np.arange(-span, span + 1)

@@ -294,10 +294,11 @@ class StepNetwork:
         while any(pending):
             n_rounds += 1
             yield self._progress(n_rounds)
-            for index, ends in enumerate(pending):
+            # Segments follow their clips in ascending order; backwards, those that follow come first.
+            for index in range(len(pending) - 1, -1, -1):
+                ends, pending[index] = pending[index], 0
                 if not ends:
                     continue
-                pending[index] = 0
                 segment, block = divmod(index, n_blocks)
                 first = self.fork_of[segment] * n_blocks
                 for there, playable in enumerate(self.playable(segment, block, ends)):
@@ -339,9 +340,10 @@ def _union(bundles: Iterable[int]) -> int:
 
 
 def _groups(rows: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """Index of the first row of each kind, and the kind of each row."""
+    """Index of the first row of each kind, ascending, and the kind of each row."""
     _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, kind.ravel().tolist()
+    rank = np.argsort(np.argsort(first))
+    return np.sort(first), rank[kind.ravel()].tolist()
 
 
 def _members(group_of: list[int], n_groups: int) -> list[list[int]]:

@@ -124,8 +124,7 @@ def swept_samples(
     samples, so that none is missed however fast the character moves; a piece counts for the classes of both frames.
     """
     profile = edit_profile(segment)
-    headings, which = np.unique(stencils.heading[chosen], return_inverse=True)
-    paths = np.stack([rotated_path(segment, k * grid.heading_step) for k in headings])[which]
+    paths = rotated_path(segment, np.arange(grid.n_headings) * grid.heading_step)[stencils.heading[chosen]]
     paths = paths + profile[:, None] * stencils.position_error[chosen][:, None, :]
     middle = SUBDIVISION / 2
     points = paths / grid.sample_size + middle

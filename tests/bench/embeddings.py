@@ -35,7 +35,7 @@ def _against_explicit(max_cost: float, footprint: FootprintSettings, repeats: in
 
 def room() -> Benchmark:
     """The paper's room, 7 x 8 m in cells of 12.5 cm and 24 headings, with a tight motion graph."""
-    return _against_explicit(0.12, FootprintSettings(), 5)
+    return _against_explicit(0.1, FootprintSettings(), 5)
 
 
 def room_default() -> Benchmark:
