@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..environment.environment import Environment
+from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
@@ -230,7 +231,7 @@ def embed_steps(
         previous = None
         yield Progress(0.0, "Laying out stencils")
         stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
-        _refuse_if_too_large(graph, environment, len(stencils), settings.memory_limit)
+        _refuse_if_too_large(graph, environment.grid, len(stencils), settings.memory_limit)
         steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
         sweep = yield from portion(steps, 0.0, 0.3)
     unrolling = yield from portion(unroll_steps(sweep, environment), 0.3, 0.5)
@@ -276,12 +277,23 @@ def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environmen
     )
 
 
-def _refuse_if_too_large(graph: MotionGraph, environment: Environment, n_stencils: int, limit: float) -> None:
-    """One plane for each stencil and about ten sets of nodes while the component is sought."""
-    nx, ny, n_headings = environment.grid.shape
-    n_planes = n_stencils + 10 * len(graph.segments) * n_headings
-    needed = n_planes * nx * (ny + 16) / 8
+def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: int) -> float:
+    """About how much memory embedding takes at its peak, known before it starts: never less, and rarely twice as much.
+
+    One plane for each stencil, and six sets of nodes while the component is sought. Padding is as wide as the longest
+    way from a start; Python keeps 30 bits in every 32.
+    """
+    nx, ny, n_headings = grid.shape
+    reach = int(max(np.abs(s.path[:, :2]).max() for s in graph.segments) * np.sqrt(2) / grid.cell_size) + 2
+    bits = (nx + 2 * reach) * (ny + 2 * reach) if grid.tiled else nx * (ny + reach)
+    n_planes = n_stencils + 6 * len(graph.segments) * n_headings
+    return n_planes * (bits / 8 * 32 / 30 + 40)
+
+
+def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: int, limit: float) -> None:
+    needed = needed_bytes(graph, grid, n_stencils)
     if needed > limit:
+        nx, ny, n_headings = grid.shape
         raise EmbeddingError(
             f"The grid of {nx} x {ny} cells and {n_headings} headings would need about {needed / 1e9:.1f} GB for "
             f"{len(graph.segments)} segments, more than the limit of {limit / 1e9:.1f} GB; use larger cells, fewer "

@@ -1,5 +1,6 @@
 """The bit-plane embedding against the explicit one."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from core.embedding.component import largest_component_steps
-from core.embedding.embedding import EmbeddingSettings, embed, embed_steps
+from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
 from core.embedding.network import StepNetwork
 from core.embedding.stencil import build_stencils
@@ -21,6 +22,7 @@ from core.evaluation.variability import coverage, segment_variability, variabili
 from core.motion.graph import MotionGraph, MotionSegment
 from core.progress import finish
 
+from .motion_graphs import sample_graph
 from .reference import explicit_embedding, random_problem
 
 FOOTPRINTS = [
@@ -169,6 +171,20 @@ def test_refuses_what_does_not_fit_into_memory():
     graph, environment = random_problem(3, False)
     with pytest.raises(EmbeddingError, match="larger cells"):
         embed(graph, environment, EmbeddingSettings(memory_limit=10))
+
+
+@pytest.mark.parametrize("tiled", [False, True])
+def test_memory_is_estimated_before_the_run(tiled):
+    """Against what a run really takes: never less, and not so much more that it refuses what would fit."""
+    grid = Grid.over_rectangle((0, 0), (24, 24), 0.125, 24, tiled)
+    environment = Environment(grid, np.zeros((192 * 4, 192 * 4), dtype=bool))
+    graph = sample_graph()
+    estimate = needed_bytes(graph, grid, len(build_stencils(graph.segments, grid, FootprintSettings())))
+    tracemalloc.start()
+    embed(graph, environment)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < estimate < 2.5 * peak
 
 
 def test_refuses_an_empty_graph():
