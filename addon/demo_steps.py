@@ -12,6 +12,7 @@ from scipy import ndimage
 from ..core.errors import ClipError, MotionGraphError, SceneError
 from .bridge.body import add_body
 from .operators.paint_map import FLOOR_NAME
+from .properties import MapQuantity
 from .render.map_colors import ruled_cells
 from .render.map_picture import MapScene, draw_map
 from .render.view_picture import choose_moments, draw_view
@@ -21,7 +22,6 @@ from .scene_collections import OUTPUT, ensure_collection
 from .state import results
 
 _FRAME_RATE = 30
-_N_WALKS = 150
 _SMALLEST_GAP = 1.0
 
 
@@ -36,7 +36,6 @@ def run(options: Namespace, journal) -> dict:
         scene = bpy.context.scene
     else:
         scene.render.fps = _FRAME_RATE
-        scene.wayfarer.walk.n_walks = _N_WALKS
     if options.clips is not None:
         journal.run("import", f"Importing {options.clips.name}", _quietly, _import, options.clips)
     elif options.blend is None:
@@ -68,9 +67,11 @@ def _complete(scene, file_name: str) -> None:
                 "in the Wayfarer tab and save it."
             )
         settings.character = rigs[0]
+    # The legend of the picture is that of this map.
+    settings.map.quantity = MapQuantity.VARIABILITY.name
     if not settings.clips:
         bpy.ops.wayfarer.refresh_clips()
-    if settings.environment.ground is None and settings.environment.obstacles is None:
+    if not settings.environment.has_ground:
         raise SceneError(
             f"'{file_name}' has no ground; open it, choose a ground or obstacles in the Wayfarer tab and save it."
         )

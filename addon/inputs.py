@@ -1,6 +1,7 @@
 """What a scene gives to the core: clips, shapes and settings as arrays and values, and their fingerprints."""
 
 import hashlib
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,15 @@ from ..core.environment.grid import Grid
 from ..core.environment.regions import Region, RegionRule
 from ..core.errors import ClipError, SceneError
 from ..core.motion.clip import MotionClip
+from ..core.motion.doctor import DoctorSettings
+from ..core.motion.graph_settings import MotionGraphSettings
+from ..core.motion.heading import with_steady_heading
+from ..core.motion.mirror import mirrored
+from ..core.progress import Progress
 from .bridge.action_curves import action_curves
 from .bridge.read_actions import FRAME_RATE_PROPERTY, read_clips
 from .bridge.read_scene import read_triangles
+from .properties.environment import GroundSource
 
 
 def fingerprint(*parts) -> str:
@@ -45,30 +52,83 @@ def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     return read_clips(settings.character, actions)
 
 
+def prepared_clips_steps(
+    clips: Sequence[MotionClip], steady_heading: bool, mirror: bool
+) -> Generator[Progress, None, list[MotionClip]]:
+    """The clips as the motion graph is to get them, their mirror images after them.
+
+    Raises ClipError for a clip that has no heading, or cannot be mirrored.
+    """
+    prepared = list(clips)
+    if steady_heading:
+        for place, clip in enumerate(clips):
+            yield Progress(0.0, f"Steadying {clip.name}")
+            prepared[place] = with_steady_heading(clip)
+    if mirror:
+        for clip in prepared[: len(clips)]:
+            yield Progress(0.0, f"Mirroring {clip.name}")
+            prepared.append(mirrored(clip))
+    return prepared
+
+
+def graph_settings(scene) -> MotionGraphSettings:
+    """How the scene wants its motion graph built; ClipError if the settings contradict the character."""
+    settings = scene.wayfarer
+    return settings.graph.to_core(settings.contacts.to_core(settings.character))
+
+
+def doctor_settings(scene) -> DoctorSettings:
+    """What counts as a defect in the scene; ClipError if its feet are none of the character's."""
+    settings = scene.wayfarer
+    return DoctorSettings(
+        min_segment_duration=settings.graph.min_segment_duration, feet=settings.contacts.feet(settings.character)
+    )
+
+
 def graph_settings_fingerprint(scene) -> str:
     settings = scene.wayfarer
     character = settings.character.name if settings.character else ""
     names = [action.name for action in settings.used_actions()]
-    return fingerprint(character, names, settings.graph.to_core())
+    graph = settings.graph
+    return fingerprint(
+        character, names, graph.to_core(), settings.contacts.values(), graph.mirror_clips, graph.steady_heading
+    )
+
+
+def doctor_settings_fingerprint(scene) -> str:
+    settings = scene.wayfarer
+    contacts = settings.contacts
+    return fingerprint(settings.graph.min_segment_duration, contacts.left_foot, contacts.right_foot)
+
+
+def contacts_fingerprint(scene) -> str:
+    return fingerprint(scene.wayfarer.contacts.values())
 
 
 def actions_fingerprint(scene) -> str:
     """Of the keys and tags of the actions in use."""
     settings = scene.wayfarer
-    parts = []
-    for action in settings.used_actions() if settings.character else ():
-        try:
-            curves = action_curves(settings.character, action)
-        except ClipError as error:
-            parts.append(str(error))
-            continue
-        parts.append((action.name, action.use_frame_range, tuple(action.frame_range)))
-        parts.append((action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base))
-        parts.append((sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")))
-        for place, curve in (*curves.bones.items(), *curves.placement.items()):
-            keys = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
-            curve.keyframe_points.foreach_get("co", keys)
-            parts += [place, keys]
+    return fingerprint(*[action_fingerprint(scene, action) for action in settings.used_actions()])
+
+
+def action_fingerprint(scene, action) -> str:
+    """Of what the scene's character plays of an action: its keys, frame range and tags."""
+    character = scene.wayfarer.character
+    if character is None:
+        return ""
+    try:
+        curves = action_curves(character, action)
+    except ClipError as error:
+        return str(error)
+    parts = [
+        (character.name, action.name, action.use_frame_range, tuple(action.frame_range)),
+        (action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base),
+        (sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")),
+    ]
+    for place, curve in (*curves.bones.items(), *curves.placement.items()):
+        keys = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
+        curve.keyframe_points.foreach_get("co", keys)
+        parts += [place, keys]
     return fingerprint(*parts)
 
 
@@ -105,7 +165,7 @@ class SceneShapes:
 def read_shapes(scene, depsgraph) -> SceneShapes:
     """Ground, obstacles and regions of a scene as they are at its present frame.
 
-    Raises SceneError if there is neither a ground nor an obstacle, or if a region has no faces.
+    Raises SceneError if there is nothing that the ground could come from, or if a region has no faces.
     """
     settings = scene.wayfarer.environment
     others = {settings.ground, scene.wayfarer.character, *(region.object for region in settings.regions)}
@@ -115,16 +175,7 @@ def read_shapes(scene, depsgraph) -> SceneShapes:
         if obj not in others and obj.parent not in others - {None}
     ]
     obstacles = read_triangles(solid, depsgraph)
-    if settings.ground is not None:
-        corners = _world_bounds(settings.ground, depsgraph)
-        height = corners[:, 2].max()
-    elif len(obstacles):
-        corners = obstacles.reshape(-1, 3)
-        height = corners[:, 2].min()
-    else:
-        raise SceneError(
-            "There is no ground; choose a ground object or a collection of obstacles in the Environment panel."
-        )
+    low, high, height = _ground(settings, obstacles, depsgraph)
     regions = []
     for region in settings.regions:
         if region.object is not None:
@@ -134,8 +185,26 @@ def read_shapes(scene, depsgraph) -> SceneShapes:
                     f"The region '{region.object.name}' shows no faces; unhide it, give it some, or remove the region."
                 )
             regions.append(triangles)
+    return SceneShapes(obstacles, low, high, height, tuple(regions))
+
+
+def _ground(settings, obstacles: np.ndarray, depsgraph) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Low and high corner (x, y) of the ground rectangle, and its height."""
+    if settings.source is GroundSource.TYPED:
+        return tuple(settings.ground_low), tuple(settings.ground_high), settings.ground_height
+    if settings.source is GroundSource.OBJECT and settings.ground is not None:
+        corners = _world_bounds(settings.ground, depsgraph)
+        height = corners[:, 2].max()
+    elif len(obstacles):
+        corners = obstacles.reshape(-1, 3)
+        height = corners[:, 2].min()
+    else:
+        raise SceneError(
+            "There is no ground; choose a ground object or a collection of obstacles in the Environment panel, or type "
+            "its corners in."
+        )
     low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
-    return SceneShapes(obstacles, tuple(low.tolist()), tuple(high.tolist()), float(height), tuple(regions))
+    return tuple(low.tolist()), tuple(high.tolist()), float(height)
 
 
 def make_environment(scene, shapes: SceneShapes) -> Environment:

@@ -39,7 +39,7 @@ def read_clip(
     binding = binding or bind_rig(armature_object)
     curves = action_curves(armature_object, action)
     frames = curves.frames()
-    if binding.evaluation_reason or _scales_bones(curves, frames):
+    if needs_evaluation(curves, frames, binding):
         rotations, translations = local_transforms(
             binding, *evaluated_matrices(armature_object, action, curves.slot, frames, binding.skeleton.names)
         )
@@ -91,19 +91,24 @@ def source_frame_rate(action) -> float:
     return float(rate)
 
 
-def _scales_bones(curves: ActionCurves, frames) -> bool:
+def needs_evaluation(curves: ActionCurves, frames: np.ndarray, binding: RigBinding) -> bool:
+    """Whether more than rotations and locations of f-curves has a say in the pose: constraints, scaled bones ..."""
     scaled = {bone for bone, name, _ in curves.bones if name == "scale"}
-    return any(np.abs(curves.bone_channels(bone, "scale", frames) - 1).max() > 1e-5 for bone in scaled)
+    return bool(binding.evaluation_reason) or any(
+        np.abs(curves.bone_channels(bone, "scale", frames) - 1).max() > 1e-5 for bone in scaled
+    )
 
 
-def _transforms_from_curves(armature_object, curves: ActionCurves, frames, binding: RigBinding):
-    """Local rotations (F, J, 4) and translations (F, J, 3) of the skeleton's joints, from f-curves alone."""
-    names = binding.skeleton.names
+def local_pose(curves: ActionCurves, frames: np.ndarray, binding: RigBinding, joints: Iterable[int]):
+    """(F, J, 4) rotations and (F, J, 3) translations of bones relative to their parents in the armature, from f-curves.
+
+    Only ``joints`` are posed; all others are at rest.
+    """
     rotations = np.tile(binding.relative_rest_rotations, (len(frames), 1, 1))
     translations = np.tile(binding.relative_rests[:, :3, 3], (len(frames), 1, 1))
     turning: dict[str, list[tuple[int, np.ndarray]]] = {}
-    for joint, bone in enumerate(names):
-        mode = binding.rotation_modes[joint]
+    for joint in joints:
+        bone, mode = binding.skeleton.names[joint], binding.rotation_modes[joint]
         values = curves.bone_channels(bone, rotation_property(mode), frames)
         if values is not None:
             turning.setdefault(mode, []).append((joint, values))
@@ -111,20 +116,33 @@ def _transforms_from_curves(armature_object, curves: ActionCurves, frames, bindi
         if location is not None:
             translations[:, joint] += location @ binding.relative_rests[joint, :3, :3].T
     for mode, channels in turning.items():
-        joints = [joint for joint, _ in channels]
+        posed = [joint for joint, _ in channels]
         turns = quaternions_from_channels(mode, np.stack([values for _, values in channels], axis=1))
-        rotations[:, joints] = quaternion_product(rotations[:, joints], turns)
+        rotations[:, posed] = quaternion_product(rotations[:, posed], turns)
+    return rotations, translations
 
-    # Everything that does not keep its parent in the skeleton is needed in armature space, its ancestors too;
-    # those all lie outside what hangs below the root, or are the root.
-    place_rotation, place_translation, place_scale = _placements(armature_object, curves, frames, binding)
-    loose = [joint for joint in binding.bone_order if not binding.keeps_parent[joint]]
-    for joint in loose:
+
+def to_armature_space(rotations: np.ndarray, translations: np.ndarray, binding: RigBinding, joints: Iterable[int]):
+    """Change the given joints of a :func:`local_pose` to armature space, in place.
+
+    ``joints`` hold every one's ancestors in the armature, before it.
+    """
+    for joint in joints:
         parent = binding.bone_parents[joint]
         if parent >= 0:
             turn = as_rotation(rotations[:, parent])
             translations[:, joint] = translations[:, parent] + turn.apply(translations[:, joint])
-            rotations[:, joint] = as_quaternions(turn * as_rotation(rotations[:, joint]), (len(frames),))
+            rotations[:, joint] = as_quaternions(turn * as_rotation(rotations[:, joint]), (len(rotations),))
+
+
+def _transforms_from_curves(armature_object, curves: ActionCurves, frames, binding: RigBinding):
+    """Local rotations (F, J, 4) and translations (F, J, 3) of the skeleton's joints, from f-curves alone."""
+    rotations, translations = local_pose(curves, frames, binding, range(binding.skeleton.n_joints))
+    # Everything that does not keep its parent in the skeleton is needed in armature space, its ancestors too;
+    # those all lie outside what hangs below the root, or are the root.
+    loose = [joint for joint in binding.bone_order if not binding.keeps_parent[joint]]
+    to_armature_space(rotations, translations, binding, loose)
+    place_rotation, place_translation, place_scale = _placements(armature_object, curves, frames, binding)
     root = as_rotation(rotations[:, 0])
     for joint in loose:
         if joint != 0:

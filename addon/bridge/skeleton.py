@@ -97,6 +97,13 @@ class RigBinding:
         return Rotation.from_matrix(self.relative_rests[:, :3, :3]).as_quat(scalar_first=True)
 
     @cached_property
+    def outside_body(self) -> np.ndarray:
+        """(K,) joints of the bones that do not hang below joint 0 in the armature, parents first."""
+        inside = _below(self.bone_parents, 0)
+        inside[0] = True
+        return self.bone_order[~inside[self.bone_order]]
+
+    @cached_property
     def keeps_parent(self) -> np.ndarray:
         """(J,) bool: the joint's parent in the skeleton is the bone's parent in the armature."""
         kept = np.asarray(self.skeleton.parents) == self.bone_parents
@@ -267,6 +274,18 @@ def _evaluation_reason(armature_object, pose_bones) -> str:
         rest = bone.bone
         if not (rest.use_inherit_rotation and rest.inherit_scale == "FULL" and rest.use_local_location):
             return f"bone '{bone.name}' does not inherit its parent's whole transform"
+    obstacle = placement_obstacle(armature_object)
+    if obstacle:
+        return obstacle
+    for data in (armature_object, armature_object.data):
+        if data.animation_data and len(data.animation_data.drivers):
+            return "the rig has drivers"
+    return ""
+
+
+def placement_obstacle(armature_object) -> str:
+    """What else than its own transform channels, and those of parents at rest, decides where the object is; empty if
+    nothing does."""
     if any(not constraint.mute for constraint in armature_object.constraints):
         return "the object has constraints"
     if any(
@@ -282,9 +301,6 @@ def _evaluation_reason(armature_object, pose_bones) -> str:
         if parent.animation_data is not None or len(parent.constraints):
             return f"the object is parented to '{parent.name}', which is animated"
         parent = parent.parent
-    for data in (armature_object, armature_object.data):
-        if data.animation_data and len(data.animation_data.drivers):
-            return "the rig has drivers"
     return ""
 
 

@@ -1,6 +1,7 @@
 """Baking a motion clip into a new action."""
 
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -11,8 +12,9 @@ from ...core.motion.clip import MotionClip
 from ...core.motion.kinematics import as_quaternions, as_rotation, world_transforms
 from ...core.motion.skeleton import Skeleton
 from .action_curves import action_curves, actions_of
+from .carriers import Carriers, find_carriers, levelled
 from .rotation_modes import channels_from_quaternions, rotation_property
-from .skeleton import RigBinding, bind_rig
+from .skeleton import RigBinding, bind_rig, matrix_placement
 from .tags import write_tags
 
 _LINEAR = 1  # value of Keyframe.interpolation in foreach_set
@@ -34,8 +36,12 @@ def write_clip(
     joints are matched by name, through their rest poses, so that clips of the same character can be written
     on a rig whose bones have other axes. Bones that the clip does not know stay in their rest pose; joints
     that the armature lacks are skipped. Location is keyed for the root and for joints that leave their rest
-    position; bones connected to their parent stay there. The armature object itself is not keyed, and its
-    present placement is taken into account.
+    position; bones connected to their parent stay there.
+
+    What carries the travel in the actions that the armature has, carries it in the new one: a root bone on the
+    ground goes along there, one that stays at the origin is left there, and an armature object that is moved by
+    its actions goes and turns with the clip's ground path. If those actions hold the object where it is, so does
+    the new one; else the object is not keyed, and its present placement is taken into account.
 
     ``only_bones`` limits the keys to the bones so named; the others are then taken to follow by themselves.
     By default all matching bones are keyed, except on a rig that also moves by constraints or drivers: there
@@ -51,7 +57,10 @@ def write_clip(
     clip = clip.resampled(render.fps / render.fps_base)
     if only_bones is None and binding.evaluation_reason:
         only_bones = animated_bones(armature_object, actions_of(armature_object)) or None
-    channels = _bone_channels(binding, clip, only_bones)
+    carriers = find_carriers(armature_object, binding)
+    placements = _placements(binding, clip, carriers)
+    object_channels = _object_channels(armature_object, placements, carriers, clip.n_frames)
+    channels = _bone_channels(binding, clip, only_bones, carriers, placements)
 
     action = bpy.data.actions.new(name)
     slot = action.slots.new(id_type="OBJECT", name=armature_object.name)
@@ -65,6 +74,9 @@ def write_clip(
             curve = channelbag.fcurves.new(path, index=component)
             curve.group = groups[bone]
             write_linear_keys(curve, frames, curve_values)
+    for name_of_property, values in object_channels.items():
+        for component, curve_values in enumerate(values.T):
+            write_linear_keys(channelbag.fcurves.new(name_of_property, index=component), frames, curve_values)
     write_tags(action, clip.tags, first_frame)
     return action
 
@@ -91,13 +103,64 @@ def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:
     curve.update()
 
 
-def _bone_channels(binding: RigBinding, clip: MotionClip, only_bones) -> dict[tuple[str, str], np.ndarray]:
+@dataclass(frozen=True)
+class _Placements:
+    """Where the armature object stands on each frame: F rotations or one, (F, 3) or (3,) metres, one scale."""
+
+    rotation: Rotation
+    translation: np.ndarray
+    scale: float
+
+
+def _placements(binding: RigBinding, clip: MotionClip, carriers: Carriers) -> _Placements:
+    """The object's present placement, carried along the clip's ground path as far as its actions move it.
+
+    It keeps its place relative to the rest pose's root: where that is above the path, heading as the path does.
+    """
+    present, skeleton = binding.placement, binding.skeleton
+    rotation, translation = as_rotation(present.rotation), present.translation
+    if not carriers.object_moves:
+        return _Placements(rotation, translation, present.scale)
+    x, y, heading = clip.ground_path.T
+    forward = as_rotation(skeleton.rest_rotations[0]).apply(skeleton.forward)[0]
+    angles = heading - np.arctan2(forward[1], forward[0])
+    turn = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
+    if "rotation" not in carriers.object_moves:
+        turn = Rotation.identity()
+    if "location" in carriers.object_moves:
+        below_root = np.column_stack([x, y, np.full(clip.n_frames, skeleton.rest_translations[0, 2])])
+        translation = below_root + turn.apply(translation - skeleton.rest_translations[0])
+    return _Placements(turn * rotation, translation, present.scale)
+
+
+def _object_channels(armature_object, placements: _Placements, carriers: Carriers, n_frames: int):
+    """Property of the object -> (F, C) values, for what its actions key."""
+    matrices = np.tile(np.eye(4), (n_frames, 1, 1))
+    matrices[:, :3, :3] = placements.scale * placements.rotation.as_matrix()
+    matrices[:, :3, 3] = placements.translation
+    if armature_object.parent is not None:
+        parent = np.array(armature_object.parent.matrix_world @ armature_object.matrix_parent_inverse)
+        matrices = np.linalg.inv(parent) @ matrices
+    channels = {}
+    if "location" in carriers.object_keys:
+        channels["location"] = matrices[:, :3, 3]
+    if "rotation" in carriers.object_keys:
+        mode = armature_object.rotation_mode
+        turns = np.array([matrix_placement(matrix, armature_object.name).rotation for matrix in matrices])
+        channels[rotation_property(mode)] = channels_from_quaternions(mode, turns)
+    return channels
+
+
+def _bone_channels(
+    binding: RigBinding, clip: MotionClip, only_bones, carriers: Carriers, placements: _Placements
+) -> dict[tuple[str, str], np.ndarray]:
     """(bone name, property) -> (F, C) values of everything to be keyed."""
     bones, joints = _matches(binding, clip.skeleton)
     corrections = _axis_corrections(binding, clip.skeleton, bones, joints)
     world_rotations, world_positions = clip.world
-    to_armature = as_rotation(binding.placement.rotation).inv()
-    scale = binding.placement.scale
+    to_armature = placements.rotation.inv()
+    scale = placements.scale
+    up = as_rotation(binding.placement.rotation).inv().apply([0.0, 0.0, 1.0])[0]
     joint_of = dict(zip(bones, joints, strict=True))
 
     channels = {}
@@ -119,6 +182,13 @@ def _bone_channels(binding: RigBinding, clip: MotionClip, only_bones) -> dict[tu
         name = binding.skeleton.names[bone]
         keyed = only_bones is None or name in only_bones
         turn = to_armature * as_rotation(world_rotations[:, joint]) * corrections[bone]
+        target = to_armature.apply(world_positions[:, joint] - placements.translation) / scale
+        if bone in carriers.still:
+            rotation, target = (np.tile(values, (clip.n_frames, 1)) for values in carriers.still[bone])
+            turn = as_rotation(rotation)
+        elif bone in carriers.level:
+            rotation, target = levelled(as_quaternions(turn, (clip.n_frames,)), target, carriers.level[bone], up)
+            turn = as_rotation(rotation)
         if keyed:
             basis = as_quaternions(base.inv() * turn, (clip.n_frames,))
             mode = binding.rotation_modes[bone]
@@ -128,7 +198,6 @@ def _bone_channels(binding: RigBinding, clip: MotionClip, only_bones) -> dict[tu
         clip_parent = clip.skeleton.parents[joint]
         if joint == 0 or not binding.keeps_parent[bone] or joint_of.get(parent, clip_parent) != clip_parent:
             # It hangs from elsewhere in the skeleton, or from nothing: only its place in the world counts.
-            target = to_armature.apply(world_positions[:, joint] - binding.placement.translation) / scale
             offset = target - position
         else:
             # Relative to the rest position, so that a character of other proportions keeps its own.

@@ -4,7 +4,7 @@ import bpy
 
 from ...core.motion.graph import build_motion_graph_steps
 from ...core.progress import Progress
-from ..inputs import actions_fingerprint, read_character
+from ..inputs import actions_fingerprint, graph_settings, prepared_clips_steps, read_character
 from ..jobs import LongOperator
 from ..state import keep_graph, results
 
@@ -28,8 +28,10 @@ class WAYFARER_OT_build_motion_graph(LongOperator, bpy.types.Operator):
     def steps(self, context):
         scene = context.scene
         clips, problems = read_character(scene)
-        actions, settings = actions_fingerprint(scene), scene.wayfarer.graph.to_core()
+        actions, settings = actions_fingerprint(scene), graph_settings(scene)
+        steady_heading, mirror = scene.wayfarer.graph.steady_heading, scene.wayfarer.graph.mirror_clips
         yield Progress(0.0, "Reading clips")
+        clips = yield from prepared_clips_steps(clips, steady_heading, mirror)
         graph = yield from build_motion_graph_steps(clips, settings)
         return graph, actions, len(clips), problems
 

@@ -20,7 +20,7 @@ class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):
         environment = context.scene.wayfarer.environment
         if results(context.scene).graph is None:
             cls.poll_message_set("Build the motion graph first")
-        elif environment.ground is None and environment.obstacles is None:
+        elif not environment.has_ground:
             cls.poll_message_set("Choose a ground or obstacles in the Environment panel first")
         else:
             return True

@@ -5,13 +5,13 @@ import numpy as np
 
 from ...core.errors import WalkError
 from ...core.playback.synthesis import synthesize
-from ...core.playback.walk import nearest_node
-from ...core.playback.wandering import widest_walk
+from ...core.playback.walk import nearest_node, random_walk
+from ...core.playback.wandering import wandering_walk
 from ...core.progress import Progress
 from ..bridge.write_action import assign_action, write_clip
 from ..clip_actions import WALK_PROPERTY
 from ..jobs import LongOperator
-from ..properties import WalkStart
+from ..properties import WalkStart, WalkStyle
 from ..render.walk_curve import walk_curve
 from ..scene_collections import OUTPUT, ensure_collection
 from ..state import results
@@ -42,11 +42,11 @@ class WAYFARER_OT_random_walk(LongOperator, bpy.types.Operator):
     def steps(self, context):
         settings = context.scene.wayfarer.walk
         embedding, rng = results(context.scene).embedding, np.random.default_rng(settings.seed)
-        position, duration, n_walks = _start_position(context), settings.duration, settings.n_walks
+        position, duration, style = _start_position(context), settings.duration, WalkStyle[settings.style]
         yield Progress(0.1, "Finding a start")
         start = None if position is None else nearest_node(embedding, position, rng)
         yield Progress(0.2, "Walking")
-        walk = widest_walk(embedding, rng, duration, n_walks, start)
+        walk = (wandering_walk if style is WalkStyle.WANDER else random_walk)(embedding, rng, duration, start)
         yield Progress(0.4, "Blending segments")
         clip = synthesize(walk, name="Wayfarer Walk")
         yield Progress(0.8, "Baking the action")

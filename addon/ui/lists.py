@@ -1,10 +1,12 @@
-"""Lists of clips and regions."""
+"""Lists of clips, bones and regions."""
 
 import bpy
 
+from ..state import health_of
+
 
 class WAYFARER_UL_clips(bpy.types.UIList):
-    """The character's actions, each with a tick."""
+    """The character's actions, each with a tick and an icon of its health."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row(align=True)
@@ -17,6 +19,10 @@ class WAYFARER_UL_clips(bpy.types.UIList):
         name.label(text=item.action.name, icon="ACTION", translate=False)
         if item.action.pose_markers:
             name.label(text="", icon="BOOKMARKS")
+        health = health_of(context.scene, item.action)
+        if health is not None:
+            icon = "CANCEL" if health.problem else "ERROR" if health.findings else "CHECKMARK"
+            row.operator("wayfarer.choose_clip", text="", icon=icon, emboss=False).clip = index
 
     def filter_items(self, context, data, property_name):
         clips = getattr(data, property_name)
@@ -27,6 +33,15 @@ class WAYFARER_UL_clips(bpy.types.UIList):
             self.bitflag_filter_item if clip.action and wanted in clip.action.name.lower() else 0 for clip in clips
         ]
         return shown, []
+
+
+class WAYFARER_UL_joint_weights(bpy.types.UIList):
+    """The bones of the character, and how much each counts."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+        split = layout.split(factor=0.6)
+        split.label(text=item.name, icon="BONE_DATA", translate=False)
+        split.prop(item, "weight", text="")
 
 
 class WAYFARER_UL_regions(bpy.types.UIList):

@@ -31,8 +31,10 @@ class Grid:
     tiled: bool = False
 
     def __post_init__(self):
-        if len(self.shape) != 3 or min(self.shape) < 1:
-            raise SceneError(f"The grid has {self.shape} cells and headings; it needs at least one of each.")
+        if len(self.shape) != 3 or any(int(n) != n or n < 1 for n in self.shape):
+            raise SceneError(
+                f"The grid has {self.shape} cells and headings; it needs whole numbers, at least one of each."
+            )
         if not (np.isfinite(self.cell_size) and self.cell_size > 0):
             raise SceneError(f"The cell size is {self.cell_size}; it must be a positive length.")
         if not np.isfinite(self.origin).all():
@@ -57,14 +59,17 @@ class Grid:
             raise SceneError("The ground rectangle is empty; give it a width and a depth greater than zero.")
         if not (np.isfinite(cell_size) and cell_size > 0):
             raise SceneError(f"The cell size is {cell_size}; it must be a positive length.")
-        cells = np.floor(extent / cell_size + 1e-6).astype(int)
+        # A cell size that came through single precision misses a whole number of cells by a hair.
+        n_cells = extent / cell_size
+        whole = np.abs(n_cells - np.rint(n_cells)) <= 1e-4 + 1e-6 * n_cells
+        cells = np.where(whole, np.rint(n_cells), np.floor(n_cells)).astype(int)
         if np.any(cells < 1):
             raise SceneError(
                 f"The ground of {extent[0]:.2f} x {extent[1]:.2f} m is smaller than one cell of {cell_size:g} m; "
                 "use smaller cells or a larger ground."
             )
         rest = extent - cells * cell_size
-        if tiled and np.any(np.abs(rest) > 1e-4 * cell_size):
+        if tiled and not whole.all():
             raise SceneError(
                 f"A tiled ground must be a whole number of cells wide: {extent[0]:g} x {extent[1]:g} m is not a "
                 f"multiple of {cell_size:g} m; change the cell size or the ground."
@@ -98,7 +103,3 @@ class Grid:
     def cells(self, positions: np.ndarray) -> np.ndarray:
         """(..., 2) integer cells that hold the (..., 2) world positions; may lie outside the grid."""
         return np.floor((np.asarray(positions) - self.origin) / self.cell_size).astype(int)
-
-    def contains(self, cells: np.ndarray) -> np.ndarray:
-        """Whether each of (..., 2) cells lies on the ground."""
-        return np.all((np.asarray(cells) >= 0) & (np.asarray(cells) < self.shape[:2]), axis=-1)

@@ -4,11 +4,16 @@ Rounding is on the safe side everywhere: a sample counts as occupied when any pa
 square, and as free only when every point of it keeps the radius from every point of every occupied sample.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from scipy import ndimage
 
 from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
+
+#: Pairs of a polygon and a strip of samples that are looked at together: some 100 MB.
+STRIPS_AT_ONCE = 500_000
 
 
 def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -54,7 +59,7 @@ def _with_corners(polygons: np.ndarray, n: int) -> np.ndarray:
     return polygons[:, np.minimum(np.arange(n), polygons.shape[1] - 1)]
 
 
-def rasterise(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def rasterise(polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0.0) -> np.ndarray:
     """Samples touched by convex polygons.
 
     Parameters
@@ -62,22 +67,37 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     polygons : (n, k, 2) float array
         Corners in sample units: sample (i, j) is the closed square [i, i + 1] x [j, j + 1].
     shape : (width, depth) of the mask
+    tolerance : float
+        What comes this close to a square (in samples) touches it.
 
     Returns
     -------
     (width, depth) bool array: exact - a sample is set if and only if a polygon touches its square (a polygon that
     only touches its border may set either neighbour).
-
-    Each polygon meets the strip i <= x <= i + 1 in one convex piece, and so in one interval of y: the intervals are
-    found for all (polygon, strip) pairs at once and filled by a running sum.
     """
     width, depth = shape
-    first = np.clip(np.floor(polygons[:, :, 0].min(axis=1)), 0, width).astype(int)
-    last = np.clip(np.floor(polygons[:, :, 0].max(axis=1)), -1, width - 1).astype(int)
+    edges = np.zeros(width * (depth + 1), dtype=np.int64)
+    x, y = polygons[:, :, 0], polygons[:, :, 1]
+    near = (x.max(axis=1) >= 0) & (x.min(axis=1) <= width) & (y.max(axis=1) >= 0) & (y.min(axis=1) <= depth)
+    polygons = polygons[near]
+    first = np.clip(np.floor(polygons[:, :, 0].min(axis=1) - tolerance), 0, width).astype(int)
+    last = np.clip(np.floor(polygons[:, :, 0].max(axis=1) + tolerance), -1, width - 1).astype(int)
     n_strips = np.maximum(last - first + 1, 0)
+    # So many at a time that memory does not depend on the size of the mesh.
+    block = (np.cumsum(n_strips) - n_strips) // STRIPS_AT_ONCE
+    for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
+        _fill(edges, polygons[start:stop], first[start:stop], n_strips[start:stop], depth, tolerance)
+    return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth] > 0
+
+
+def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> None:
+    """Count the polygons into ``edges``: +1 where one begins in a strip, -1 after it ends.
+
+    Each polygon meets the strip i <= x <= i + 1 in one convex piece, and so in one interval of y: the intervals are
+    found for all (polygon, strip) pairs at once, to be filled by a running sum.
+    """
     which = np.repeat(np.arange(len(polygons)), n_strips)
     strip = np.arange(len(which)) - np.repeat(np.cumsum(n_strips) - n_strips, n_strips) + first[which]
-
     low = np.full(len(which), np.inf)
     high = np.full(len(which), -np.inf)
     for corner in range(polygons.shape[1]):
@@ -86,33 +106,37 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
         a, b = np.where(swap, b, a), np.where(swap, a, b)
         run = b[:, 0] - a[:, 0]
         slope = np.divide(b[:, 1] - a[:, 1], run, out=np.zeros_like(run), where=run > 0)
-        from_x, to_x = np.maximum(a[:, 0], strip), np.minimum(b[:, 0], strip + 1)
+        from_x, to_x = np.maximum(a[:, 0], strip - tolerance), np.minimum(b[:, 0], strip + 1 + tolerance)
         y0 = a[:, 1] + slope * (from_x - a[:, 0])
         y1 = np.where(run > 0, a[:, 1] + slope * (to_x - a[:, 0]), b[:, 1])
         met = from_x <= to_x
         low = np.where(met, np.minimum(low, np.minimum(y0, y1)), low)
         high = np.where(met, np.maximum(high, np.maximum(y0, y1)), high)
+    low, high = low - tolerance, high + tolerance
     met = (low <= high) & (high >= 0) & (low < depth)
     bottom = np.clip(np.floor(low[met]), 0, depth).astype(int)
     top = np.clip(np.floor(high[met]), -1, depth - 1).astype(int)
-    edges = np.bincount(strip[met] * (depth + 1) + bottom, minlength=width * (depth + 1)).astype(np.int64)
-    edges -= np.bincount(strip[met] * (depth + 1) + top + 1, minlength=width * (depth + 1))
-    return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth] > 0
+    np.add.at(edges, strip[met] * (depth + 1) + bottom, 1)
+    np.subtract.at(edges, strip[met] * (depth + 1) + top + 1, 1)
 
 
-def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarray:
+def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: float = 0.0) -> np.ndarray:
     """Samples of the ground and of ``margin`` samples around it that the polygons touch.
 
-    ``polygons`` is an array (n, k, 2) of world coordinates in metres. Around a tiled ground stand its own repetitions;
-    geometry that reaches over its border is carried to the other side.
+    ``polygons`` is an array (n, k, 2) of world coordinates in metres. On a tiled ground everything repeats with the
+    tile, wherever it stands: what reaches over a border is there again on the other side.
     """
-    nx, ny = grid.shape[0] * SUBDIVISION, grid.shape[1] * SUBDIVISION
-    around = (nx, ny) if grid.tiled else (margin, margin)
-    shape = (nx + 2 * around[0], ny + 2 * around[1])
-    mask = rasterise((polygons - grid.origin) / grid.sample_size + around, shape)
+    size = np.array(grid.shape[:2]) * SUBDIVISION
+    polygons = (polygons - grid.origin) / grid.sample_size
     if not grid.tiled:
-        return mask
-    tile = mask.reshape(3, nx, 3, ny).any(axis=(0, 2))
+        return rasterise(polygons + margin, tuple((size + 2 * margin).tolist()), tolerance)
+    if len(polygons) == 0:
+        return np.zeros(size + 2 * margin, dtype=bool)
+    polygons = polygons - np.floor(polygons.min(axis=1, keepdims=True) / size) * size
+    nx, ny = size.tolist()
+    repeats_x, repeats_y = (np.floor(polygons.max(axis=(0, 1)) / size).astype(int) + 1).tolist()
+    mask = rasterise(polygons, (repeats_x * nx, repeats_y * ny), tolerance)
+    tile = mask.reshape(repeats_x, nx, repeats_y, ny).any(axis=(0, 2))
     return np.pad(tile, margin, mode="wrap")
 
 

@@ -70,7 +70,7 @@ def test_a_scene_of_ones_own(tmp_path):
     settings = bpy.context.scene.wayfarer
     settings.environment.ground = bpy.context.object
     settings.environment.cell_size, settings.environment.n_headings = 0.25, 12
-    settings.walk.duration, settings.walk.n_walks = 8, 1
+    settings.walk.duration = 8
     for clip in settings.clips:
         clip.use = clip.action.name.startswith(("walk", "turn_left", "arc"))
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "own.blend"))

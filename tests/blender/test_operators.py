@@ -14,7 +14,7 @@ from bl_ext.user_default.wayfarer.core.progress import Progress
 
 operators = bpy.ops.wayfarer
 COLLECTIONS = ("objects", "meshes", "armatures", "actions", "collections", "curves", "materials", "scenes", "worlds")
-WALKS = ("walk", "turn_left", "turn_right_90", "arc")
+WALKS = ("walk", "turn_left", "turn_right_90", "arc")  # those that are ticked in the sample
 
 
 def contents() -> dict:
@@ -35,27 +35,9 @@ def contents() -> dict:
     return found
 
 
-@pytest.fixture(scope="module")
-def sample_file(tmp_path_factory) -> str:
-    """The sample in its room, made once: opening it is quicker."""
-    path = str(tmp_path_factory.mktemp("sample") / "sample.blend")
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    operators.add_sample_character()
-    operators.add_sample_room()
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    return path
-
-
 @pytest.fixture
-def settings(sample_file, empty_scene):
-    """The sample on a coarse grid, with only a few walks ticked."""
-    bpy.ops.wm.open_mainfile(filepath=sample_file)
-    settings = bpy.context.scene.wayfarer
-    settings.environment.cell_size, settings.environment.n_headings = 0.25, 12
-    settings.walk.duration, settings.walk.n_walks = 5.0, 1
-    for clip in settings.clips:
-        clip.use = clip.action.name.startswith(WALKS)
-    return settings
+def settings(sample_settings):
+    return sample_settings
 
 
 def build(*steps):

@@ -1,16 +1,19 @@
 """What the tab in the sidebar consists of, and how it is worded. That it draws is seen in a real window only."""
 
+import blf
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import properties
+from bl_ext.user_default.wayfarer.addon import properties, state
 from bl_ext.user_default.wayfarer.addon.operators import _CLASSES as OPERATORS
+from bl_ext.user_default.wayfarer.addon.ui import lists, text
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
-from bl_ext.user_default.wayfarer.core.motion.graph import MotionGraphSettings
+from bl_ext.user_default.wayfarer.core.motion.contacts import ContactSettings
+from bl_ext.user_default.wayfarer.core.motion.graph_settings import MotionGraphSettings, ThresholdMode
 
-GROUPS = properties._CLASSES
+GROUPS = properties.CLASSES
 SMALL_WORDS = {"a", "an", "and", "as", "at", "for", "in", "of", "or", "the", "to"}
 
 
@@ -40,24 +43,133 @@ def test_panels_follow_the_workflow():
         assert (panel.bl_space_type, panel.bl_region_type, panel.bl_category) == ("VIEW_3D", "UI", "Wayfarer")
 
 
-@pytest.mark.parametrize("panel", PANELS, ids=lambda panel: panel.__name__)
-def test_panels_use_what_exists(panel):
+def draw(panel) -> "Layout":
     """Drawn with a stand-in for the layout, because nothing is drawn without a window."""
-    bpy.ops.wayfarer.add_sample_room()
     layout = Layout()
-    instance = type("Drawn", (), {"layout": layout, "__getattr__": lambda self, name: getattr(panel, name)})()
-    panel.draw(instance, bpy.context)
+    of_step = {name: getattr(panel, name) for name in ("result_is_there", "result_is_stale") if hasattr(panel, name)}
+    instance = type("Drawn", (), {"layout": layout, **of_step})()
+    for name in ("draw_header", "draw_header_preset", "draw"):
+        if name in vars(panel) or any(name in vars(base) for base in panel.__mro__ if base.__name__ == "Step"):
+            getattr(panel, name)(instance, bpy.context)
+    return layout
+
+
+def check(layout: "Layout") -> None:
+    """Everything that is drawn exists, and buttons are given what they know."""
+    icons = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys()
     assert layout.drawn
     for kind, *what in layout.drawn:
         if kind == "prop":
             data, name = what
-            assert name in data.bl_rna.properties
+            assert name in data.bl_rna.properties, name
         elif kind == "operator":
             module, name = what[0].split(".")
             assert name in dir(getattr(bpy.ops, module))
+            known = getattr(bpy.ops, module).__getattr__(name).get_rna_type().properties.keys()
+            assert set(what[1]) <= set(known)
         elif kind == "icon":
-            icons = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
-            assert what[0] in icons.keys()  # noqa: SIM118 (an RNA collection, not a dict)
+            assert what[0] in icons
+
+
+def texts(layout: "Layout") -> list[str]:
+    return [what[0] for kind, *what in layout.drawn if kind == "text"]
+
+
+@pytest.mark.parametrize("panel", PANELS, ids=lambda panel: panel.__name__)
+def test_panels_draw_what_exists_before_anything_is_done(panel):
+    bpy.ops.wayfarer.add_sample_room()
+    if not hasattr(panel, "poll") or panel.poll(bpy.context):
+        check(draw(panel))
+
+
+def finish(settings):
+    """Everything done that there is to do."""
+    operators = bpy.ops.wayfarer
+    # One clip shorter than a segment, so that there is a finding.
+    clip = next(clip for clip in settings.clips if clip.use)
+    clip.action.use_frame_range, clip.action.frame_start, clip.action.frame_end = True, 1, 12
+    for step in (
+        "examine_clips",
+        "show_contacts",
+        "guess_weights",
+        "build_motion_graph",
+        "embed",
+        "count_lost_links",
+        "paint_map",
+        "random_walk",
+    ):
+        assert getattr(operators, step)() == {"FINISHED"}
+
+
+def test_panels_draw_what_exists_when_all_is_done(sample_settings):
+    settings = sample_settings
+    settings.graph.use_custom_weights = True
+    settings.map.quantity = "WHY_NOT"
+    finish(settings)
+    drawn = {}
+    for mode in ("COST", "LINKS", "COVERAGE"):
+        settings.graph.threshold_mode = mode
+        for source in ("OBJECT", "BOUNDS", "TYPED"):
+            settings.environment.ground_source = source
+            for panel in PANELS:
+                assert not hasattr(panel, "poll") or panel.poll(bpy.context), panel
+                check(drawn.setdefault((panel.__name__, mode, source), draw(panel)))
+
+    def properties_of(panel, mode="COST", source="OBJECT"):
+        return {what[1] for kind, *what in drawn[panel, mode, source].drawn if kind == "prop"}
+
+    assert "max_links" in properties_of("WAYFARER_PT_motion_graph", mode="LINKS")
+    assert "min_coverage" in properties_of("WAYFARER_PT_motion_graph", mode="COVERAGE")
+    assert not {"max_links", "min_coverage"} & properties_of("WAYFARER_PT_motion_graph")
+    assert "ground" in properties_of("WAYFARER_PT_environment")
+    typed = {"ground_low", "ground_high", "ground_height"}
+    assert typed <= properties_of("WAYFARER_PT_environment", source="TYPED")
+    assert not (typed | {"ground"}) & properties_of("WAYFARER_PT_environment", source="BOUNDS")
+
+    health = drawn["WAYFARER_PT_health", "COST", "OBJECT"]
+    assert "Too Short" in texts(health)
+    assert (
+        "operator",
+        "wayfarer.apply_remedy",
+        {"action": settings.active_action().name, "finding": 0},
+    ) in health.drawn
+    legend = texts(drawn["WAYFARER_PT_map", "COST", "OBJECT"])
+    assert "Can Go Here" in legend and sum(text.endswith("%") for text in legend) >= 3
+    assert "Lost to Obstacles" in texts(drawn["WAYFARER_PT_embedding", "COST", "OBJECT"])
+    assert "Left Planted" in texts(drawn["WAYFARER_PT_contacts", "COST", "OBJECT"])
+    graph = state.results(bpy.context.scene).graph
+    dropped = texts(drawn["WAYFARER_PT_dropped", "COST", "OBJECT"])
+    assert {clip.clip for clip in graph.dropped} & set(dropped)
+    hubs = texts(drawn["WAYFARER_PT_hubs", "COST", "OBJECT"])
+    assert {segment.name for segment in graph.segments} & set(hubs)
+
+
+def test_lists_draw_what_exists(sample_settings):
+    finish(sample_settings)
+    settings = sample_settings
+    for kind, name in (("clips", "clips"), ("joint_weights", "joint_weights")):
+        data = settings if kind == "clips" else settings.graph
+        layout = Layout()
+        drawing = getattr(lists, f"WAYFARER_UL_{kind}").draw_item
+        for index, item in enumerate(getattr(data, name)):
+            drawing(None, bpy.context, layout, data, item, 0, None, "", index)
+        check(layout)
+        if kind == "clips":
+            icons = [what[0] for drawn, *what in layout.drawn if drawn == "icon"]
+            used = sum(clip.use for clip in settings.clips)
+            assert icons.count("ERROR") == 1 and icons.count("CHECKMARK") == used - 1
+            chosen = [what[1]["clip"] for drawn, *what in layout.drawn if drawn == "operator"]
+            assert chosen == [i for i, clip in enumerate(settings.clips) if clip.use]
+
+
+@pytest.mark.parametrize("width", [40, 120, 400])
+def test_sentences_are_wrapped(width):
+    sentence = "Clip 'walk' pops at frames 12-13: bones 'LeftUpLeg' and 'LeftLeg' jump; split it into frames 1-11."
+    lines = text.wrapped(sentence, width, 11)
+    assert " ".join(lines) == sentence
+    blf.size(0, 11)
+    assert all(blf.dimensions(0, line)[0] <= width or " " not in line for line in lines)
+    assert len(lines) <= 3 * blf.dimensions(0, sentence)[0] / width + 2
 
 
 class Layout:
@@ -68,25 +180,39 @@ class Layout:
 
     def __getattr__(self, name):
         def note(*arguments, **options):
-            if name == "prop":
+            if name in ("prop", "prop_search"):
                 self.drawn.append(("prop", *arguments[:2]))
-            elif name == "operator":
-                self.drawn.append(("operator", arguments[0]))
+            if name == "prop_search":
+                self.drawn.append(("prop", *arguments[2:4]))
             elif name == "template_list":
                 self.drawn.append(("prop", *arguments[2:4]))
                 assert hasattr(bpy.types, arguments[0])
             if "icon" in options:
                 self.drawn.append(("icon", options["icon"]))
+            if "text" in options:
+                self.drawn.append(("text", options["text"]))
+            if name == "operator":
+                given = {}
+                self.drawn.append(("operator", arguments[0], given))
+                return Given(given)
             return self
 
         return note
 
 
+class Given:
+    """Notes the properties that a button is given."""
+
+    def __init__(self, given):
+        object.__setattr__(self, "given", given)
+
+    def __setattr__(self, name, value):
+        self.given[name] = value
+
+
 def test_every_property_explains_itself():
     for name, prop in own_properties():
         if prop.type in ("POINTER", "COLLECTION") and prop.fixed_type.identifier.startswith("Wayfarer"):
-            continue
-        if name.endswith((".active_clip", ".active_region")):
             continue
         assert prop.description and not prop.description.endswith("."), name
         assert is_title_case(prop.name), name
@@ -102,8 +228,12 @@ def test_every_operator_explains_itself():
 
 def test_lengths_angles_and_times_have_units():
     units = dict(own_properties())
-    for name in ("cell_size", "radius", "step_height", "head_height"):
+    for name in ("cell_size", "radius", "step_height", "head_height", "ground_low", "ground_high", "ground_height"):
         assert units[f"WayfarerEnvironmentSettings.{name}"].unit == "LENGTH"
+    for name in ("height", "release_height"):
+        assert units[f"WayfarerContactSettings.{name}"].unit == "LENGTH"
+    for name in ("speed", "release_speed"):
+        assert units[f"WayfarerContactSettings.{name}"].unit == "VELOCITY"
     assert units["WayfarerRegion.margin"].unit == "LENGTH"
     assert units["WayfarerEmbeddingSettings.heading_rate"].unit == "ROTATION"
     assert units["WayfarerGraphSettings.min_segment_duration"].unit == "TIME_ABSOLUTE"
@@ -113,10 +243,17 @@ def test_lengths_angles_and_times_have_units():
 def test_defaults_are_the_cores():
     settings = bpy.context.scene.wayfarer
     built, wanted = settings.graph.to_core(), MotionGraphSettings()
+    for name in ("frame_rate", "min_segment_duration", "max_cost", "max_links", "min_coverage"):
+        assert getattr(settings.graph, name) == pytest.approx(getattr(wanted, name))
     for name in ("frame_rate", "min_segment_duration", "max_cost"):
         assert getattr(built, name) == pytest.approx(getattr(wanted, name))
+    assert built.threshold_mode is wanted.threshold_mode and built.cost == wanted.cost
+    modes = properties.motion_graph.WayfarerGraphSettings.bl_rna.properties["threshold_mode"].enum_items
+    assert [item.identifier for item in modes] == [mode.name for mode in ThresholdMode]
+    for name in ("height", "release_height", "speed", "release_speed"):
+        assert getattr(settings.contacts, name) == pytest.approx(getattr(ContactSettings(), name))
     body, wanted = settings.environment.to_core(0.0), EnvironmentSettings()
     for name in ("radius", "step_height", "head_height", "ground_height"):
         assert getattr(body, name) == pytest.approx(getattr(wanted, name))
-    rules = properties.WayfarerRegion.bl_rna.properties["rule"].enum_items
+    rules = properties.environment.WayfarerRegion.bl_rna.properties["rule"].enum_items
     assert [item.identifier for item in rules] == [rule.name for rule in RegionRule]

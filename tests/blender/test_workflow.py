@@ -30,24 +30,12 @@ def scene_results():
     return state.results(bpy.context.scene)
 
 
-@pytest.fixture(scope="module")
-def sample_file(tmp_path_factory) -> str:
-    """The sample in its room, made once: opening it is quicker."""
-    path = str(tmp_path_factory.mktemp("sample") / "sample.blend")
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    bpy.context.scene.render.fps = 30
-    operators.add_sample_character()
-    operators.add_sample_room()
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    return path
-
-
 def prepare(sample_file, ticked=None, cell_size=0.25, n_headings=12):
     """The sample in its room, on a coarse grid, with only those clips ticked whose names start like this."""
     bpy.ops.wm.open_mainfile(filepath=sample_file)
     settings = bpy.context.scene.wayfarer
     settings.environment.cell_size, settings.environment.n_headings = cell_size, n_headings
-    settings.walk.duration, settings.walk.n_walks = 10.0, 2
+    settings.walk.duration = 10.0
     if ticked is not None:
         for clip in settings.clips:
             clip.use = clip.action.name.startswith(ticked)

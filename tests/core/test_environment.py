@@ -58,10 +58,12 @@ def test_free_samples_keep_their_distance_and_blocked_ones_are_near(seed, tiled)
     obstacle = box_triangles((*low, 0), (*(low + rng.uniform(0.02, 0.5, 2)), 2))
     radius = float(rng.uniform(0, 0.5))
     clipped = clip_to_heights(obstacle, 0.1, 1.8)
+    # On a tiled ground it makes no difference in which tile something stands.
+    clipped = clipped + np.array(grid.size) * rng.integers(-3, 4, 2) * tiled
     near = samples_within(grid, clipped, radius)
-    repeats = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)] if tiled else [(0, 0)]
+    repeats = [(a, b) for a in range(-5, 6) for b in range(-5, 6)] if tiled else [(0, 0)]
     polygons = [p + np.array(r) * grid.size for p in clipped for r in repeats]
-    points = rng.uniform(0, 1, (3000, 2)) * grid.size + grid.origin
+    points = rng.uniform(0, 1, (1000, 2)) * grid.size + grid.origin
     sample = np.floor((points - grid.origin) / grid.sample_size).astype(int)
     distance = distance_to_polygons(points, polygons)
     blocked = near[sample[:, 0], sample[:, 1]]
@@ -122,6 +124,10 @@ def test_grid_over_rectangle():
     assert grid.shape == (56, 64, 24)
     assert np.allclose(grid.positions([0, 0]), [-3.5 + 0.0625, -4 + 0.0625])
     assert np.array_equal(grid.cells(grid.positions([[3, 60], [70, -2]])), [[3, 60], [70, -2]])
+    # Sizes that come through single precision are still whole numbers of cells.
+    for size, cell in [(6.0, 0.15), (6.0, 0.05), (100.0, 0.1)]:
+        n = round(size / cell)
+        assert Grid.over_rectangle((0, 0), (size, size), float(np.float32(cell)), 8, tiled=True).shape == (n, n, 8)
     narrow = Grid.over_rectangle((0, 0), (1.05, 1.0), 0.1, 8)
     assert narrow.shape == (10, 10, 8)
     assert narrow.origin[0] == pytest.approx(0.025)

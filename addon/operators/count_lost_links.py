@@ -1,0 +1,34 @@
+"""Count the links that the scene cost."""
+
+import bpy
+
+from ...core.evaluation.why_not import lost_links
+from ...core.progress import Progress
+from ..jobs import LongOperator
+from ..state import results
+
+
+class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.count_lost_links"
+    bl_label = "Count Lost Links"
+    bl_description = "Count the links that obstacles block and that regions forbid; takes about as long as embedding"
+
+    @classmethod
+    def poll(cls, context):
+        if results(context.scene).embedding is None:
+            cls.poll_message_set("Embed the motion graph first")
+            return False
+        return True
+
+    def steps(self, context):
+        embedding = results(context.scene).embedding
+        yield Progress(0.0, "Counting links")
+        return embedding, lost_links(embedding)
+
+    def apply(self, context, result):
+        embedding, lost = result
+        results(context.scene).lost_links = embedding, lost
+        self.report(
+            {"INFO"},
+            f"Of {lost.possible:,} links obstacles block {lost.obstacles:,} and regions forbid {lost.regions:,}",
+        )

@@ -1,0 +1,51 @@
+"""Look for what is wrong with the clips, before it spoils the motion graph."""
+
+import bpy
+
+from ...core.progress import Progress
+from ..examination import ClipHealth, clip_health
+from ..inputs import action_fingerprint, doctor_settings, read_character
+from ..jobs import LongOperator
+from ..state import keep_health
+
+
+class WAYFARER_OT_examine_clips(LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.examine_clips"
+    bl_label = "Examine Clips"
+    bl_description = (
+        "Look for T-poses, frozen or lost channels, pops, missing root motion and clips that are too short, in all "
+        "clips that are ticked; nothing is changed"
+    )
+
+    @classmethod
+    def poll(cls, context):
+        settings = context.scene.wayfarer
+        if settings.character is None:
+            cls.poll_message_set("Choose a character first")
+        elif not any(clip.use for clip in settings.clips):
+            cls.poll_message_set("Refresh the clips and tick at least one first")
+        else:
+            return True
+        return False
+
+    def steps(self, context):
+        scene = context.scene
+        clips, problems = read_character(scene)
+        settings = doctor_settings(scene)
+        seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
+        found = {name: ClipHealth(problem=reason) for name, reason in problems}
+        for done, clip in enumerate(clips):
+            yield Progress(done / len(clips), f"Examining {clip.name}")
+            found[clip.name] = clip_health(clip, settings)
+        return found, seen
+
+    def apply(self, context, result):
+        found, seen = result
+        for name, health in found.items():
+            keep_health(context.scene, name, seen[name], health)
+        ill = [name for name, health in found.items() if not health.is_healthy]
+        if ill:
+            n_findings = sum(len(health.sentences) for health in found.values())
+            self.report({"WARNING"}, f"{n_findings} findings in {len(ill)} of {len(found)} clips")
+        else:
+            self.report({"INFO"}, f"Nothing is wrong with any of {len(found)} clips")

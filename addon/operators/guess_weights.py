@@ -1,0 +1,36 @@
+"""Fill the list of joint weights."""
+
+import bpy
+
+from ...core.errors import MotionGraphError
+from ...core.motion.joint_roles import joint_weights
+from ..bridge.skeleton import bind_rig
+
+
+class WAYFARER_OT_guess_weights(bpy.types.Operator):
+    bl_idname = "wayfarer.guess_weights"
+    bl_label = "Guess Weights"
+    bl_description = (
+        "Fill the list with all bones of the character and the weights guessed from their names: one for hips, "
+        "spine, legs and arms, zero for the rest"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene.wayfarer.character is None:
+            cls.poll_message_set("Choose a character first")
+            return False
+        return True
+
+    def execute(self, context):
+        settings = context.scene.wayfarer
+        try:
+            skeleton = bind_rig(settings.character).skeleton
+            weights = joint_weights(skeleton)
+        except MotionGraphError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        settings.graph.set_weights(dict(zip(skeleton.names, weights.tolist(), strict=True)))
+        self.report({"INFO"}, f"{(weights > 0).sum()} of {len(weights)} bones count")
+        return {"FINISHED"}

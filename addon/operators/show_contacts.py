@@ -1,0 +1,65 @@
+"""Show when the feet of each clip are on the ground."""
+
+import bpy
+
+from ...core.motion.contacts import foot_contacts
+from ...core.progress import Progress
+from ..inputs import action_fingerprint, read_character
+from ..jobs import LongOperator
+from ..render.contact_strip import ClipContacts, contact_strip, show_in_image
+from ..state import keep_contacts
+
+IMAGE_NAME = "Wayfarer Contacts"
+
+
+class WAYFARER_OT_show_contacts(LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.show_contacts"
+    bl_label = "Show Contacts"
+    bl_description = (
+        "Draw when the left foot (blue) and the right foot (orange) of each ticked clip are planted, as an image in "
+        "the Image Editor"
+    )
+
+    @classmethod
+    def poll(cls, context):
+        settings = context.scene.wayfarer
+        if settings.character is None:
+            cls.poll_message_set("Choose a character first")
+        elif not any(clip.use for clip in settings.clips):
+            cls.poll_message_set("Refresh the clips and tick at least one first")
+        else:
+            return True
+        return False
+
+    def steps(self, context):
+        scene = context.scene
+        clips, _ = read_character(scene)
+        settings = scene.wayfarer.contacts.to_core(scene.wayfarer.character)
+        seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
+        found = []
+        for done, clip in enumerate(clips):
+            yield Progress(done / len(clips), f"Watching the feet of {clip.name}")
+            found.append(ClipContacts(clip.name, clip.frame_rate, foot_contacts(clip, settings)))
+        return found, seen
+
+    def apply(self, context, result):
+        found, seen = result
+        for clip in found:
+            keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
+        image = show_in_image(IMAGE_NAME, contact_strip(found))
+        _open_in_editor(context, image)
+        self.report({"INFO"}, f"Contacts of {len(found)} clips are in the image '{image.name}'")
+
+
+def _open_in_editor(context, image) -> None:
+    """In the first Image Editor that is open, or in a window of its own."""
+    windows = context.window_manager.windows
+    areas = [area for window in windows for area in window.screen.areas if area.type == "IMAGE_EDITOR"]
+    if not areas:
+        if bpy.app.background or context.window is None:
+            return
+        bpy.ops.wm.window_new()
+        area = windows[-1].screen.areas[0]
+        area.type = "IMAGE_EDITOR"
+        areas = [area]
+    areas[0].spaces.active.image = image

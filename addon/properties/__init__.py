@@ -1,0 +1,37 @@
+"""The settings of a scene, ``scene.wayfarer``: what the panels show and the operators read.
+
+Defaults are those of the core's settings; nothing is repeated here. Settings are saved with the scene, results are
+not (see :mod:`..state`).
+"""
+
+import bpy
+
+from . import clips, embedding, environment, floor_map, motion_graph, scene, walk
+from .environment import GroundSource
+from .floor_map import MapQuantity
+from .walk import WalkStart, WalkStyle
+
+__all__ = ["CLASSES", "GroundSource", "MapQuantity", "WalkStart", "WalkStyle", "register", "unregister"]
+
+# A group comes after those that it is made of.
+CLASSES = (
+    *clips.CLASSES,
+    *motion_graph.CLASSES,
+    *environment.CLASSES,
+    *embedding.CLASSES,
+    *floor_map.CLASSES,
+    *walk.CLASSES,
+    *scene.CLASSES,
+)
+
+
+def register():
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.wayfarer = bpy.props.PointerProperty(type=scene.WayfarerSceneSettings)
+
+
+def unregister():
+    del bpy.types.Scene.wayfarer
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,114 @@
+"""The character's clips: which take part, what is wrong with them, when their feet are planted."""
+
+import bpy
+
+from ...state import contacts_of, health_of
+from ..text import draw_wrapped
+from .step import Sidebar, Step, draw_numbers, split_properties
+
+
+class WAYFARER_PT_clips(Step, bpy.types.Panel):
+    bl_label = "Clips"
+
+    def result_is_there(self, scene):
+        return any(clip.use for clip in scene.wayfarer.clips)
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.wayfarer
+        layout.prop(settings, "character", text="", icon="OUTLINER_OB_ARMATURE")
+        if settings.character is None:
+            column = layout.column(align=True)
+            column.operator("wayfarer.add_sample_character", icon="ARMATURE_DATA")
+            column.operator("wayfarer.import_bvh", icon="IMPORT")
+            return
+        row = layout.row()
+        row.template_list("WAYFARER_UL_clips", "", settings, "clips", settings, "active_clip", rows=4, maxrows=8)
+        column = row.column(align=True)
+        column.operator("wayfarer.refresh_clips", text="", icon="FILE_REFRESH")
+        column.operator("wayfarer.import_bvh", text="", icon="IMPORT")
+        used = sum(clip.use for clip in settings.clips)
+        layout.label(text=f"{used} of {len(settings.clips)} clips in use")
+
+
+class _ClipsPart(Sidebar):
+    bl_parent_id = "WAYFARER_PT_clips"
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene.wayfarer.character is not None
+
+
+class WAYFARER_PT_health(_ClipsPart, bpy.types.Panel):
+    bl_label = "Health"
+
+    def draw_header_preset(self, context):
+        scene = context.scene
+        known = [health_of(scene, clip.action) for clip in scene.wayfarer.clips if clip.use and clip.action]
+        ill = sum(health is not None and not health.is_healthy for health in known)
+        if ill:
+            self.layout.label(text=f"{ill} of {len(known)}", icon="ERROR")
+        elif known and None not in known:
+            self.layout.label(text="", icon="CHECKMARK")
+
+    def draw(self, context):
+        layout, scene = self.layout, context.scene
+        layout.operator("wayfarer.examine_clips", icon="VIEWZOOM")
+        action = scene.wayfarer.active_action()
+        if action is None:
+            layout.label(text="No clip is chosen", icon="INFO")
+            return
+        health = health_of(scene, action)
+        if health is None:
+            row = layout.row()
+            row.active = False
+            row.label(text=f"{action.name}: not examined", icon="QUESTION", translate=False)
+        elif health.is_healthy:
+            layout.label(text=f"{action.name}: nothing is wrong", icon="CHECKMARK", translate=False)
+        elif health.problem:
+            box = layout.box()
+            box.label(text="Cannot Be Read", icon="CANCEL")
+            draw_wrapped(context, box, health.problem)
+        for number, (title, sentence, remedy) in enumerate(health.treatments if health else ()):
+            box = layout.box()
+            box.label(text=title, icon="ERROR")
+            draw_wrapped(context, box, sentence)
+            button = box.operator("wayfarer.apply_remedy", text=remedy)
+            button.action, button.finding = action.name, number
+
+
+class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):
+    bl_label = "Contacts"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, scene = split_properties(self.layout), context.scene
+        settings = scene.wayfarer.contacts
+        bones = scene.wayfarer.character.data if scene.wayfarer.character else None
+        if bones is not None:
+            column = layout.column()
+            column.prop_search(settings, "left_foot", bones, "bones", icon="BONE_DATA")
+            column.prop_search(settings, "right_foot", bones, "bones", icon="BONE_DATA")
+        column = layout.column(align=True)
+        column.prop(settings, "height")
+        column.prop(settings, "speed")
+        column = layout.column(align=True)
+        column.prop(settings, "release_height")
+        column.prop(settings, "release_speed")
+        layout.operator("wayfarer.show_contacts", icon="IMAGE_DATA")
+        action = scene.wayfarer.active_action()
+        shares = contacts_of(scene, action) if action else None
+        if shares is None:
+            return
+        layout.label(text=action.name, icon="ACTION", translate=False)
+        draw_numbers(
+            layout,
+            (
+                ("Left Planted", f"{shares.left:.0%}"),
+                ("Right Planted", f"{shares.right:.0%}"),
+                ("Both", f"{shares.both:.0%}"),
+                ("None", f"{shares.none:.0%}"),
+            ),
+        )
+
+
+PANELS = (WAYFARER_PT_clips, WAYFARER_PT_health, WAYFARER_PT_contacts)

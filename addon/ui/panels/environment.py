@@ -1,0 +1,67 @@
+"""Ground, obstacles, regions and the body that must fit through."""
+
+import bpy
+
+from .step import Sidebar, Step, split_properties
+
+
+class WAYFARER_PT_environment(Step, bpy.types.Panel):
+    bl_label = "Environment"
+
+    def result_is_there(self, scene):
+        return scene.wayfarer.environment.has_ground
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.wayfarer.environment
+        if settings.ground is None and settings.obstacles is None:
+            layout.operator("wayfarer.add_sample_room", icon="HOME")
+        split_properties(layout)
+        column = layout.column()
+        column.prop(settings, "ground_source")
+        if settings.ground_source == "OBJECT":
+            column.prop(settings, "ground")
+        elif settings.ground_source == "TYPED":
+            column.prop(settings, "ground_low")
+            column.prop(settings, "ground_high")
+            column.prop(settings, "ground_height")
+        column.prop(settings, "obstacles")
+        column = layout.column()
+        column.prop(settings, "cell_size")
+        column.prop(settings, "n_headings")
+        column.prop(settings, "tiled")
+
+
+class WAYFARER_PT_body(Sidebar, bpy.types.Panel):
+    bl_label = "Body"
+    bl_parent_id = "WAYFARER_PT_environment"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, settings = split_properties(self.layout), context.scene.wayfarer.environment
+        layout.prop(settings, "radius")
+        layout.prop(settings, "step_height")
+        layout.prop(settings, "head_height")
+
+
+class WAYFARER_PT_regions(Sidebar, bpy.types.Panel):
+    bl_label = "Regions"
+    bl_parent_id = "WAYFARER_PT_environment"
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.wayfarer.environment
+        row = layout.row()
+        row.template_list("WAYFARER_UL_regions", "", settings, "regions", settings, "active_region", rows=2)
+        column = row.column(align=True)
+        column.operator("wayfarer.add_region", text="", icon="ADD")
+        column.operator("wayfarer.remove_region", text="", icon="REMOVE")
+        if 0 <= settings.active_region < len(settings.regions):
+            region = settings.regions[settings.active_region]
+            column = split_properties(layout).column()
+            column.prop(region, "object")
+            column.prop(region, "rule")
+            column.prop(region, "tag")
+            if region.rule != "CONFINE":
+                column.prop(region, "margin")
+
+
+PANELS = (WAYFARER_PT_environment, WAYFARER_PT_body, WAYFARER_PT_regions)
