@@ -174,7 +174,8 @@ class Embedding:
         Returns
         -------
         nodes : (N, 4) int array of x, y, heading, segment, in that order
-        links : (N, N) sparse array; [i, j] is the duration in seconds of the segment played from node i to node j
+        links : (N, N) sparse array; [i, j] is the duration in seconds of the segment played from node i to node j,
+            also where several links join the two
         """
         mask = self.node_mask()
         nodes = np.argwhere(mask)
@@ -183,7 +184,7 @@ class Embedding:
         stencils, layout = self.unrolling.stencils, self.unrolling.layout
         turned = stencils.destination_heading
         size = np.array(self.shape[:2])
-        rows, columns, data = [], [], []
+        ends, data = [np.empty((2, 0), dtype=np.int64)], [np.empty(0)]
         for k, valid in enumerate(self.unrolling.valid):
             cells = layout.cells(valid)
             landing = (cells + [stencils.dx[k], stencils.dy[k]]) % size
@@ -192,13 +193,11 @@ class Embedding:
             for parent in self.network.parents[segment]:
                 start = number[cells[:, 0], cells[:, 1], heading, parent]
                 kept = (start >= 0) & (end >= 0)
-                rows.append(start[kept])
-                columns.append(end[kept])
-                data.append(np.full(kept.sum(), self.graph.segments[segment].duration))
-        if not rows:
-            return nodes, sparse.csr_array((len(nodes), len(nodes)))
-        entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns)))
-        return nodes, sparse.csr_array(entries, shape=(len(nodes), len(nodes)))
+                ends.append(np.stack([start[kept], end[kept]]))
+                data.append(np.full(np.count_nonzero(kept), self.graph.segments[segment].duration))
+        # Two stencils may join the same nodes around a tiled ground, with the same segment: one entry for both.
+        pairs, first = np.unique(np.concatenate(ends, axis=1), axis=1, return_index=True)
+        return nodes, sparse.csr_array((np.concatenate(data)[first], tuple(pairs)), shape=(len(nodes), len(nodes)))
 
 
 def _add_shifted(target: np.ndarray, source: np.ndarray, dx: int, dy: int, tiled: bool) -> None:

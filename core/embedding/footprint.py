@@ -119,14 +119,15 @@ def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) 
     turn = float(segment.path[-1, 2])
     tolerance = settings.heading_base + settings.heading_rate * length
     nearest_turn = int(np.floor(turn / grid.heading_step + 0.5))
-    span = int(np.ceil(tolerance / grid.heading_step))
-    # More than all headings would hold some of them twice.
-    below, above = min(span, (grid.n_headings - 1) // 2), min(span, grid.n_headings // 2)
-    turns = np.arange(nearest_turn - below, nearest_turn + above + 1)
+    span = min(int(np.ceil(tolerance / grid.heading_step)), grid.n_headings // 2)
+    turns = np.arange(nearest_turn - span, nearest_turn + span + 1)
     turn_error = turns * grid.heading_step - turn
     close = np.abs(turn_error) <= tolerance
     if snap:
-        close[below] = True
+        close[span] = True
+    if len(turns) > grid.n_headings and close[0] and close[-1]:
+        # Half a turn to either side is the same heading: the smaller edit leads there.
+        close[0 if abs(turn_error[0]) > abs(turn_error[-1]) else -1] = False
 
     heading, cell, which = np.nonzero(kept[:, :, None] & close)
     return Footprints(

@@ -15,13 +15,17 @@ from .bitplane import PlaneLayout
 from .footprint import edit_profile, rotated_path
 from .stencil import Stencils
 
+#: Pieces of paths (from one frame to the next) that are swept together: some 50 MB.
+PIECES_AT_ONCE = 50_000
+
 
 @dataclass(frozen=True)
 class Sweep:
     """What must be free for each stencil, cell by cell along its path.
 
-    Check i, for ``bounds[k] <= i < bounds[k + 1]``, belongs to stencil k: of the cell that lies ``shift[i]`` bits after
-    the start cell, the samples of ``part[i]`` must be free for frames of class ``tag_class[i]``.
+    Stencils that differ only in their final heading share a path, ``path[k]``. Check i, for ``bounds[p] <= i <
+    bounds[p + 1]``, belongs to path p: of the cell that lies ``shift[i]`` bits after the start cell, the samples of
+    ``part[i]`` must be free for frames of class ``tag_class[i]``.
 
     Attributes
     ----------
@@ -29,7 +33,8 @@ class Sweep:
     layout : PlaneLayout
     classes : tuple of frozenset of str
         The different sets of tags that frames carry, of those that the regions speak of.
-    bounds : (K + 1,) list of int
+    path : (K,) list of int
+    bounds : list of int, one more than there are paths
     tag_class, part, shift : lists of int
         A part is a set of samples of a cell: bit SUBDIVISION * x + y stands for the sample (x, y) of the cell.
     """
@@ -37,6 +42,7 @@ class Sweep:
     stencils: Stencils
     layout: PlaneLayout
     classes: tuple[frozenset[str], ...]
+    path: list[int]
     bounds: list[int]
     tag_class: list[int]
     part: list[int]
@@ -48,12 +54,17 @@ def sweep_steps(
 ) -> Generator[Progress, None, Sweep]:
     """Sweep all stencils of ``segments``; ``tags`` are those that make a difference. Yields progress."""
     classes, frame_classes = tag_classes(segments, tags)
-    first = np.searchsorted(stencils.segment, np.arange(len(segments) + 1))
+    # Stencils of one path follow one another: they are ordered by segment, heading, dx, dy, and only then by turn.
+    place = np.stack([stencils.segment, stencils.heading, stencils.dx, stencils.dy])
+    new = np.append(True, np.any(np.diff(place, axis=1) != 0, axis=0))[: len(stencils)]
+    leaders = np.flatnonzero(new)
     parts = []
     for index, segment in enumerate(segments):
-        yield Progress(index / len(segments), "Sweeping paths")
-        chosen = np.arange(first[index], first[index + 1])
-        if len(chosen):
+        of_segment = leaders[stencils.segment[leaders] == index]
+        at_once = max(PIECES_AT_ONCE // segment.n_frames, 1)
+        for start in range(0, len(of_segment), at_once):
+            yield Progress(index / len(segments), "Sweeping paths")
+            chosen = of_segment[start : start + at_once]
             parts.append(_by_cell(swept_samples(stencils, chosen, segment, frame_classes[index], grid)))
     stencil, tag_class, cell_x, cell_y, part = np.concatenate([np.empty((5, 0), dtype=int), *parts], axis=1)
     layout = PlaneLayout(
@@ -67,7 +78,8 @@ def sweep_steps(
         stencils=stencils,
         layout=layout,
         classes=tuple(classes),
-        bounds=np.searchsorted(stencil, np.arange(len(stencils) + 1)).tolist(),
+        path=(np.cumsum(new) - 1).tolist(),
+        bounds=np.searchsorted(stencil, np.append(leaders, len(stencils))).tolist(),
         tag_class=tag_class.tolist(),
         part=part.tolist(),
         shift=layout.shift(cell_x, cell_y).tolist(),
@@ -100,17 +112,15 @@ def tag_classes(
     segments: Sequence[MotionSegment], tags: frozenset[str]
 ) -> tuple[list[frozenset[str]], list[np.ndarray]]:
     """The different sets of ``tags`` that frames carry, and for each segment the (F,) class of its frames."""
-    classes: dict[frozenset[str], int] = {frozenset(): 0}
+    classes: dict[frozenset[str], int] = {}
     of_frames = []
     for segment in segments:
         spoken = [tag for tag in sorted(segment.tags) if tag in tags]
+        masks = np.array([segment.tags[tag] for tag in spoken], dtype=bool).reshape(len(spoken), segment.n_frames)
         frames = np.zeros(segment.n_frames, dtype=int)
-        if spoken:
-            masks = np.array([segment.tags[tag] for tag in spoken])
-            for column in np.unique(masks, axis=1).T:
-                members = frozenset(tag for tag, on in zip(spoken, column, strict=True) if on)
-                index = classes.setdefault(members, len(classes))
-                frames[np.all(masks == column[:, None], axis=0)] = index
+        for column in np.unique(masks, axis=1).T if spoken else np.zeros((1, 0), dtype=bool):
+            members = frozenset(tag for tag, on in zip(spoken, column, strict=True) if on)
+            frames[np.all(masks == column[:, None], axis=0)] = classes.setdefault(members, len(classes))
         of_frames.append(frames)
     return list(classes), of_frames
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from .bitplane import PlaneLayout
 from .stencil import Stencils
 from .sweep import Sweep
 
-#: Stencils between two reports of progress.
-REPORTED_STENCILS = 500
+#: Paths between two reports of progress.
+REPORTED_PATHS = 500
 
 
 @dataclass(frozen=True)
@@ -47,18 +48,18 @@ def unroll_steps(sweep: Sweep, environment: Environment) -> Generator[Progress, 
     layout = sweep.layout
     spaces = [_FreeSpace(environment.free_samples(tags), layout) for tags in sweep.classes]
     tag_class, part, shift, bounds = sweep.tag_class, sweep.part, sweep.shift, sweep.bounds
-    valid = []
-    for stencil in range(len(sweep.stencils)):
-        if stencil % REPORTED_STENCILS == 0:
-            yield Progress(stencil / len(sweep.stencils), "Checking paths")
+    free = []
+    for path, (start, stop) in enumerate(pairwise(bounds)):
+        if path % REPORTED_PATHS == 0:
+            yield Progress(path / len(bounds), "Checking paths")
         plane = layout.ground
-        for i in range(bounds[stencil], bounds[stencil + 1]):
+        for i in range(start, stop):
             space, moved = spaces[tag_class[i]].plane(part[i]), shift[i]
             plane &= space >> moved if moved >= 0 else space << -moved
             if not plane:
                 break
-        valid.append(plane)
-    return Unrolling(sweep, tuple(valid))
+        free.append(plane)
+    return Unrolling(sweep, tuple(free[path] for path in sweep.path))
 
 
 class _FreeSpace:

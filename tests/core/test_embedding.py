@@ -29,6 +29,7 @@ FOOTPRINTS = [
     FootprintSettings(),
     FootprintSettings(0.05, 0.3, 0.2, 0.5),
     FootprintSettings(0.1, 0.2, 0.4, 0.4, FootprintRule.CONSERVATIVE),
+    FootprintSettings(0.0, 0.1, 2.5, 0.5),
 ]
 
 
@@ -45,6 +46,8 @@ def test_equals_the_explicit_embedding(seed, tiled, footprint_settings):
     nodes, links = fast.to_csr()
     assert np.array_equal(np.ravel_multi_index(nodes.T, slow.shape) if len(nodes) else slow.nodes, slow.nodes)
     assert links.nnz <= len(slow.links)  # parallel links (two stencils between the same nodes) share one entry
+    durations = np.array([segment.duration for segment in graph.segments])
+    assert np.array_equal(links.data, durations[nodes[links.indices, 3]])
     pairs = np.unique(slow.links, axis=0)
     number = {node: i for i, node in enumerate(slow.nodes.tolist())}
     assert set(zip(*(a.tolist() for a in links.nonzero()), strict=True)) == {
@@ -98,7 +101,9 @@ def brute_force_footprint(segment, heading, grid, settings):
     end = (np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y)
     cells = [(dx, dy) for dx in range(-12, 13) for dy in range(-12, 13)]
     distance = {(dx, dy): np.hypot(dx * grid.cell_size - end[0], dy * grid.cell_size - end[1]) for dx, dy in cells}
-    off = {t: abs(t * grid.heading_step - turn) for t in range(-grid.n_headings, grid.n_headings + 1)}
+    off = {t: abs(t * grid.heading_step - turn) for t in range(-2 * grid.n_headings, 2 * grid.n_headings + 1)}
+    # To each heading by the smallest turn only.
+    off = {t: e for t, e in off.items() if e == min(off[u] for u in off if (u - t) % grid.n_headings == 0)}
     kept_cells = [c for c in cells if distance[c] <= settings.position_base + settings.position_rate * length]
     kept_turns = [t for t in off if off[t] <= settings.heading_base + settings.heading_rate * length]
     if settings.rule is FootprintRule.SNAP:
@@ -111,8 +116,6 @@ def brute_force_footprint(segment, heading, grid, settings):
 def test_footprint_equals_brute_force(seed, settings):
     graph, environment = random_problem(seed, False)
     grid = environment.grid
-    if grid.n_headings < 3:  # a full turn either way is then the same heading twice, which the footprint leaves out
-        grid = Grid((*grid.shape[:2], 8), grid.cell_size, grid.origin)
     for segment in graph.segments:
         fast = footprints(segment, grid, settings)
         found = list(zip(fast.heading.tolist(), fast.dx.tolist(), fast.dy.tolist(), fast.turn.tolist(), strict=True))

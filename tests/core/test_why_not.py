@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
-from core.embedding.sweep import tag_classes
 from core.environment.environment import Environment
 from core.evaluation.why_not import Reason, lost_links, why_not
 
@@ -37,7 +36,11 @@ def slow_reasons(embedding, slow):
             break
         apart = kept
     grid, environment = embedding.environment.grid, embedding.environment
-    classes, _ = tag_classes(embedding.graph.segments, environment.tags)
+    classes = {
+        frozenset(t for t in environment.tags if t in segment.tags and segment.tags[t][frame])
+        for segment in embedding.graph.segments
+        for frame in range(segment.n_frames)
+    }
     bare = Environment(grid, environment.blocked)
     reasons = np.empty(grid.shape, dtype=int)
     for x, y, heading in np.ndindex(grid.shape):
