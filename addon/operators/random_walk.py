@@ -6,8 +6,8 @@ import numpy as np
 from ...core.errors import WalkError
 from ...core.playback.synthesis import synthesize
 from ...core.playback.walk import nearest_node, random_walk
-from ...core.playback.wandering import wandering_walk
-from ...core.progress import Progress
+from ...core.playback.wandering import wandering_walk_steps
+from ...core.progress import Progress, portion
 from ..bridge.write_action import assign_action, write_clip
 from ..clip_actions import WALK_PROPERTY
 from ..jobs import LongOperator
@@ -45,8 +45,11 @@ class WAYFARER_OT_random_walk(LongOperator, bpy.types.Operator):
         position, duration, style = _start_position(context), settings.duration, WalkStyle[settings.style]
         yield Progress(0.1, "Finding a start")
         start = None if position is None else nearest_node(embedding, position, rng)
-        yield Progress(0.2, "Walking")
-        walk = (wandering_walk if style is WalkStyle.WANDER else random_walk)(embedding, rng, duration, start)
+        if style is WalkStyle.WANDER:
+            walk = yield from portion(wandering_walk_steps(embedding, rng, duration, start), 0.2, 0.4)
+        else:
+            yield Progress(0.2, "Walking")
+            walk = random_walk(embedding, rng, duration, start)
         yield Progress(0.4, "Blending segments")
         clip = synthesize(walk, name="Wayfarer Walk")
         yield Progress(0.8, "Baking the action")

@@ -224,6 +224,9 @@ def embed_steps(
     settings = settings or EmbeddingSettings()
     if not graph.segments:
         raise EmbeddingError("The motion graph has no segments; build it from clips that connect.")
+    links = np.asarray(graph.links)
+    if links.ndim != 2 or links.shape[1] != 2 or np.any((links < 0) | (links >= len(graph.segments))):
+        raise EmbeddingError("The links of the motion graph do not join two of its segments each; build it again.")
     if previous is not None and _same_sweep(previous, graph, environment, settings):
         sweep = previous.unrolling.sweep
     else:

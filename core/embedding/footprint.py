@@ -6,6 +6,7 @@ from enum import Enum
 import numpy as np
 
 from ..environment.grid import Grid
+from ..errors import EmbeddingError
 from ..motion.graph import MotionSegment
 
 #: A segment that travels less than this (m) counts as standing: its edits are spread over time, not distance.
@@ -38,6 +39,11 @@ class FootprintSettings:
     heading_base: float = 0.0
     heading_rate: float = 0.08
     rule: FootprintRule = FootprintRule.SNAP
+
+    def __post_init__(self):
+        limits = (self.position_base, self.position_rate, self.heading_base, self.heading_rate)
+        if not all(np.isfinite(limit) and limit >= 0 for limit in limits):
+            raise EmbeddingError(f"The limits of a footprint are {limits}; all must be zero or more.")
 
 
 @dataclass(frozen=True)

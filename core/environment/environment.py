@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
 from .obstacles import clip_to_heights, samples_within
-from .regions import Region, RegionMask, RegionRule, rasterise_region
+from .regions import Region, RegionMask, RegionRule, rasterise_regions
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,10 @@ class Environment:
     def __post_init__(self):
         expected = (self.grid.shape[0] * SUBDIVISION, self.grid.shape[1] * SUBDIVISION)
         for name, mask in [("blocked", self.blocked), *((r.name, r.mask) for r in self.regions)]:
-            if mask.shape != expected:
-                raise SceneError(f"The mask '{name}' has {mask.shape} samples; the grid needs {expected}.")
+            if mask.shape != expected or mask.dtype != bool:
+                raise SceneError(
+                    f"The mask '{name}' has {mask.shape} {mask.dtype} samples; the grid needs {expected} bool."
+                )
 
     @property
     def tags(self) -> frozenset[str]:
@@ -101,18 +103,15 @@ def build_environment(
         A coordinate is not a number, a radius is negative, or a region lies wholly outside the ground.
     """
     settings = settings or EnvironmentSettings()
-    if not settings.radius >= 0:
+    if not (np.isfinite(settings.radius) and settings.radius >= 0):
         raise SceneError(f"The character's radius is {settings.radius}; it must be zero or more.")
     if not settings.step_height < settings.head_height:
         raise SceneError("The step height must be below the head height.")
+    if not np.isfinite(settings.ground_height):
+        raise SceneError("The height of the ground is not a number; check the ground object.")
+    obstacles = np.asarray(obstacles, dtype=float)
+    if obstacles.size and obstacles.shape[1:] != (3, 3):
+        raise SceneError(f"Obstacles are triangles of shape (T, 3, 3), not {obstacles.shape}.")
     low, high = settings.ground_height + settings.step_height, settings.ground_height + settings.head_height
-    polygons = clip_to_heights(np.asarray(obstacles, dtype=float).reshape(-1, 3, 3), low, high)
-    masks = []
-    for region in regions:
-        mask = rasterise_region(region, grid)
-        if not mask.mask.any():
-            raise SceneError(
-                f"The region '{region.name}' covers no part of the ground; move it onto the ground or remove it."
-            )
-        masks.append(mask)
-    return Environment(grid, samples_within(grid, polygons, settings.radius), tuple(masks))
+    polygons = clip_to_heights(obstacles.reshape(-1, 3, 3), low, high)
+    return Environment(grid, samples_within(grid, polygons, settings.radius), rasterise_regions(regions, grid))

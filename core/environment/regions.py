@@ -1,11 +1,13 @@
 """Annotated regions: parts of the ground where only some motion may be played."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 from scipy import ndimage
 
+from ..errors import SceneError
 from .grid import Grid
 from .obstacles import clip_to_heights, occupied_samples, samples_within
 
@@ -51,7 +53,7 @@ class RegionMask:
     ----------
     name, rule, tag : as in Region
     mask : (4 nx, 4 ny) bool array
-        REQUIRE and FORBID: every sample that the grown region touches. CONFINE: samples wholly inside it.
+        REQUIRE and FORBID: every sample that the grown region touches. CONFINE: samples inside it.
     """
 
     name: str
@@ -60,12 +62,59 @@ class RegionMask:
     mask: np.ndarray
 
 
-def rasterise_region(region: Region, grid: Grid) -> RegionMask:
-    """The region on the grid's sample mask, rounded to the safe side of its rule."""
-    shadow = clip_to_heights(np.asarray(region.triangles, dtype=float), -np.inf, np.inf)
-    if region.rule is not RegionRule.CONFINE:
-        return RegionMask(region.name, region.rule, region.tag, samples_within(grid, shadow, region.margin))
-    # A sample that the border crosses has an untouched neighbour on the border's outer side.
-    touched = occupied_samples(grid, shadow, margin=1)
+#: Confining regions are looked at on a mask this many times finer: gaps narrower than its samples count as closed.
+_FINER = 4
+
+
+def rasterise_regions(regions: Sequence[Region], grid: Grid) -> tuple[RegionMask, ...]:
+    """The regions on the grid's sample mask, rounded to the safe side of their rules.
+
+    Regions that confine the same tag add up, also where they only meet: they become one mask.
+
+    Raises SceneError, with the region's name, for what is not a number, a negative margin, and a region that covers
+    no part of the ground.
+    """
+    masks = []
+    for region in regions:
+        if not (np.isfinite(region.margin) and region.margin >= 0):
+            raise SceneError(f"The margin of the region '{region.name}' is {region.margin}; it must be zero or more.")
+        if not np.isfinite(region.triangles).all():
+            raise SceneError(f"The region '{region.name}' has a vertex whose position is not a number; repair it.")
+        if region.rule is not RegionRule.CONFINE:
+            mask = samples_within(grid, _shadow([region]), region.margin)
+            masks.append(RegionMask(region.name, region.rule, region.tag, mask))
+            if not mask.any():
+                raise SceneError(
+                    f"The region '{region.name}' covers no part of the ground; move it onto the ground or remove it."
+                )
+    for tag in dict.fromkeys(region.tag for region in regions if region.rule is RegionRule.CONFINE):
+        confining = [region for region in regions if region.rule is RegionRule.CONFINE and region.tag == tag]
+        names = ", ".join(region.name for region in confining)
+        mask = _inside(_shadow(confining), grid)
+        if not mask.any():
+            raise SceneError(
+                f"The region '{names}' holds no part of the ground that is as wide as a quarter of a cell; make it "
+                "larger, move it onto the ground or remove it."
+            )
+        masks.append(RegionMask(names, RegionRule.CONFINE, tag, mask))
+    return tuple(masks)
+
+
+def _shadow(regions: Sequence[Region]) -> np.ndarray:
+    triangles = np.concatenate([np.asarray(region.triangles, dtype=float).reshape(-1, 3, 3) for region in regions])
+    return clip_to_heights(triangles, -np.inf, np.inf)
+
+
+def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
+    """(4 nx, 4 ny) bool: samples inside the polygons.
+
+    On a finer mask, what the border crosses has an untouched neighbour on the border's outer side; what is left when
+    all that has one is taken away lies inside, and so do the samples made of nothing else.
+    """
+    nx, ny, n_headings = grid.shape
+    finer = Grid((nx * _FINER, ny * _FINER, n_headings), grid.cell_size / _FINER, grid.origin, grid.tiled)
+    # The tolerance lets a region that ends with a sample hold it.
+    touched = occupied_samples(finer, shadow, margin=1, tolerance=1e-6)
     inside = ndimage.binary_erosion(touched, np.ones((3, 3), dtype=bool))[1:-1, 1:-1]
-    return RegionMask(region.name, region.rule, region.tag, inside)
+    width, depth = inside.shape
+    return inside.reshape(width // _FINER, _FINER, depth // _FINER, _FINER).all(axis=(1, 3))

@@ -29,6 +29,10 @@ class SynthesisSettings:
 
     blend_duration: float = 0.25
 
+    def __post_init__(self):
+        if not (np.isfinite(self.blend_duration) and self.blend_duration >= 0):
+            raise WalkError(f"A blend of {self.blend_duration} s cannot be made; give zero or more seconds.")
+
 
 def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str = "Walk") -> MotionClip:
     """The walk as a motion clip at the motion graph's frame rate.

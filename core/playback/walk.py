@@ -156,6 +156,8 @@ def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
 def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> Node:
     """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
     _refuse_empty(embedding)
+    if not np.isfinite(position).all():
+        raise WalkError("The place to start from is not a number; choose another one.")
     cells = np.argwhere(embedding.covered().any(axis=2))
     distance = np.linalg.norm(embedding.environment.grid.positions(cells) - np.asarray(position)[:2], axis=1)
     x, y = cells[np.argmin(distance)].tolist()
@@ -163,6 +165,22 @@ def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> No
     here = [index for index, plane in enumerate(embedding.planes) if plane >> bit & 1]
     segment, heading = divmod(int(rng.choice(here)), embedding.unrolling.stencils.n_headings)
     return x, y, heading, segment
+
+
+def begin(
+    embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None
+) -> tuple[LinkReader, Node]:
+    """What every walk starts with: a reader of links, and the node to start from (a random one if ``start`` is None).
+
+    WalkError if the duration is not positive, the embedding empty or ``start`` no node of it.
+    """
+    if not (np.isfinite(duration) and duration > 0):
+        raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
+    reader = LinkReader(embedding)
+    state = random_node(embedding, rng) if start is None else start
+    if not reader.is_node(state):
+        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
+    return reader, state
 
 
 def random_walk(
@@ -185,12 +203,7 @@ def random_walk(
     WalkError
         The embedding is empty, ``start`` is no node of it, or the duration is not positive.
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
-    reader = LinkReader(embedding)
-    state = random_node(embedding, rng) if start is None else start
-    if not reader.is_node(state):
-        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
+    reader, state = begin(embedding, rng, duration, start)
     segments, frame_rate = embedding.graph.segments, embedding.graph.frame_rate
     states, stencils, frames = [state], [], 0
     while frames < duration * frame_rate - 1e-6:

@@ -5,18 +5,21 @@ character can do is to stand and turn, it may shuffle for a minute. A wanderer d
 there by as few segments as it can, draws the next, and so on.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, difference, intersection
-from ..errors import WalkError
-from .walk import LinkReader, Node, Walk, random_node
+from ..progress import Progress, finish
+from .walk import Node, Walk, begin
+
+#: Metres from one place to the next at the most: on large grounds the way to a far one costs more than it shows.
+FARTHEST = 10.0
 
 
 def wandering_walk(embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None = None) -> Walk:
-    """A walk of at least ``duration`` seconds through places drawn evenly from the covered floor.
+    """A walk of at least ``duration`` seconds through places drawn evenly from the covered floor around.
 
     Among the links that lead to the next place by the fewest segments, each is taken with the same probability.
 
@@ -30,17 +33,24 @@ def wandering_walk(embedding: Embedding, rng: np.random.Generator, duration: flo
     WalkError
         The embedding is empty, ``start`` is no node of it, or the duration is not positive.
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
-    reader = LinkReader(embedding)
-    state = random_node(embedding, rng) if start is None else start
-    if not reader.is_node(state):
-        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
-    segments, frame_rate = embedding.graph.segments, embedding.graph.frame_rate
+    return finish(wandering_walk_steps(embedding, rng, duration, start))
+
+
+def wandering_walk_steps(
+    embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None = None
+) -> Generator[Progress, None, Walk]:
+    """As :func:`wandering_walk`, as a generator that yields progress."""
+    reader, state = begin(embedding, rng, duration, start)
+    segments, wanted = embedding.graph.segments, duration * embedding.graph.frame_rate - 1e-6
     floor = np.argwhere(embedding.covered().any(axis=2))
     states, stencils, frames = [state], [], 0
-    while frames < duration * frame_rate - 1e-6:
-        rings = _rings_around(embedding, floor[rng.integers(len(floor))], state)
+    while frames < wanted:
+        rings = []
+        for ring in _rings(embedding, _next_place(embedding, floor, state, rng)):
+            yield Progress(frames / wanted, "Walking")
+            rings.append(ring)
+            if _holds(embedding, ring, state):
+                break
         # One step at least, even if the place drawn is the one where the wanderer stands.
         for ring in rings[-2::-1] or [None]:
             choices = [
@@ -53,19 +63,20 @@ def wandering_walk(embedding: Embedding, rng: np.random.Generator, duration: flo
             frames += segments[state[3]].n_frames - 1
             states.append(state)
             stencils.append(stencil)
-            if frames >= duration * frame_rate - 1e-6:
+            if frames >= wanted:
                 break
     return Walk(embedding, np.array(states), np.array(stencils))
 
 
-def _rings_around(embedding: Embedding, cell: np.ndarray, start: Node) -> list[Nodes]:
-    """Sets of the nodes that are 0, 1, 2, ... links away from a cell (x, y), up to the one that holds ``start``."""
-    rings = []
-    for ring in _rings(embedding, cell):
-        rings.append(ring)
-        if _holds(embedding, ring, start):
-            break
-    return rings
+def _next_place(embedding: Embedding, floor: np.ndarray, node: Node, rng: np.random.Generator) -> np.ndarray:
+    """One of the cells (n, 2) of the floor that are not too far from a node; around the edges of a tiled ground."""
+    grid = embedding.environment.grid
+    size = np.array(grid.shape[:2])
+    away = np.abs(floor - np.array(node[:2]) % size)
+    if grid.tiled:
+        away = np.minimum(away, size - away)
+    near = floor[np.hypot(*away.T) * grid.cell_size <= FARTHEST]
+    return near[rng.integers(len(near))]
 
 
 def _rings(embedding: Embedding, cell: np.ndarray) -> Iterator[Nodes]:

@@ -190,6 +190,16 @@ def test_memory_is_estimated_before_the_run(tiled):
     assert peak < estimate < 2.5 * peak
 
 
+def test_refuses_links_of_other_segments_and_impossible_footprints():
+    graph, environment = random_problem(3, False)
+    for links in ([[0, -1]], [[0, 99]], [0, 1]):
+        with pytest.raises(EmbeddingError, match="do not join"):
+            embed(replace(graph, links=np.array(links)), environment)
+    for limit in (-0.1, np.nan, np.inf):
+        with pytest.raises(EmbeddingError, match="zero or more"):
+            FootprintSettings(heading_rate=limit)
+
+
 def test_refuses_an_empty_graph():
     _, environment = random_problem(3, False)
     with pytest.raises(EmbeddingError, match="no segments"):

@@ -119,6 +119,29 @@ def test_region_masks_are_rounded_to_their_safe_side(seed):
     assert np.all(within[confined.regions[0].mask[sample]] <= 1e-9)
 
 
+def confined(*triangles, grid, names=("a", "b")):
+    """Samples in which a confined tag may be played: each entry of ``triangles`` is a region of its own."""
+    regions = [Region(n, RegionRule.CONFINE, "jump", t) for n, t in zip(names, triangles, strict=False)]
+    return build_environment(grid, np.empty((0, 3, 3)), regions).free_samples(["jump"])
+
+
+def test_confining_regions_add_up_but_not_across_a_gap():
+    grid = Grid((20, 20, 4), 0.1)
+    left, right = box_triangles((0.2, 0.2, 0), (1.03, 1.5, 1)), box_triangles((1.03, 0.2, 0), (1.8, 1.5, 1))
+    together = confined(np.concatenate([left, right]), grid=grid)
+    assert np.array_equal(confined(left, right, grid=grid), together)
+    assert together[12:70, 12:56].all()
+    apart = confined(left, right + [0.03, 0, 0], grid=grid)
+    columns = np.floor(np.array([1.03, 1.06]) / grid.sample_size).astype(int)
+    assert not apart[columns[0] : columns[1] + 1].any()
+    assert apart[columns[0] - 1, 20:40].all() and apart[columns[1] + 1, 20:40].all()
+
+
+def test_a_region_as_large_as_the_ground_confines_to_all_of_it():
+    grid = Grid((20, 20, 4), 0.1)
+    assert confined(box_triangles((0, 0, 0), (2, 2, 1)), grid=grid).all()
+
+
 def test_grid_over_rectangle():
     grid = Grid.over_rectangle((-3.5, -4), (3.5, 4), 0.125, 24)
     assert grid.shape == (56, 64, 24)
@@ -154,6 +177,31 @@ def test_grid_over_rectangle():
             "Far Away",
         ),
         (lambda: Environment(Grid((4, 4, 4), 0.1), np.zeros((4, 4), dtype=bool)), "needs"),
+        (lambda: Environment(Grid((4, 4, 4), 0.1), np.ones((16, 16), dtype=np.uint8)), "bool"),
+        (lambda: build_environment(Grid((4, 4, 4), 0.1), np.zeros((9, 2))), "triangles of shape"),
+        (
+            lambda: build_environment(Grid((4, 4, 4), 0.1), [], settings=EnvironmentSettings(ground_height=np.nan)),
+            "height of the ground",
+        ),
+        (lambda: Grid((8.5, 6, 4), 0.1), "whole numbers"),
+        (
+            lambda: build_environment(
+                Grid((4, 4, 4), 0.1), [], [Region("Hot", RegionRule.FORBID, "a", np.zeros((1, 3, 3)), -0.1)]
+            ),
+            "margin of the region 'Hot'",
+        ),
+        (
+            lambda: build_environment(
+                Grid((4, 4, 4), 0.1), [], [Region("Hot", RegionRule.FORBID, "a", np.full((1, 3, 3), np.nan))]
+            ),
+            "'Hot' has a vertex",
+        ),
+        (
+            lambda: build_environment(
+                Grid((4, 4, 4), 0.1), [], [Region("Thin", RegionRule.CONFINE, "a", np.zeros((1, 3, 3)))]
+            ),
+            "'Thin' holds no part",
+        ),
     ],
 )
 def test_bad_input_is_refused_with_a_sentence(make, message):
