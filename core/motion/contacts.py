@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ClipError
+from .body_size import relative_size
 from .clip import MotionClip
 from .joint_roles import foot_joints
 
@@ -22,9 +23,10 @@ class ContactSettings:
     Attributes
     ----------
     height, release_height : float
-        Metres above where the same joint (ankle or toes) stands in this clip.
+        Metres above where the same joint (ankle or toes) stands in this clip, for a character of a person's size;
+        in proportion for others.
     speed, release_speed : float
-        Metres per second.
+        Metres per second, likewise.
     feet : pair of tuple of str, optional
         Bone names of the left and of the right foot, ankle first, then toes; guessed if not given.
     """
@@ -52,7 +54,8 @@ def foot_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> 
     """
     settings = settings or ContactSettings()
     feet = foot_joints(clip.skeleton, settings.feet)
-    positions = clip.world[1]
+    # Seen at a person's size.
+    positions = clip.world[1] / relative_size(clip.skeleton)
     low = [np.percentile(positions[:, list(foot), 2], _FLOOR_PERCENTILE, axis=0) for foot in feet]
     n_shared = min(len(foot) for foot in feet)
     shared_floor = np.minimum(low[0][:n_shared], low[1][:n_shared])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import Progress, finish
+from .body_size import relative_size
 from .clip import MotionClip
 from .joint_roles import hips_joint, joint_weights
 from .kinematics import as_quaternions, as_rotation
@@ -28,9 +29,11 @@ class CostSettings:
     velocity_weight : float
         Weight (s^2) of squared differences of angular velocities, "nu" of Lee et al. 2002.
     height_weight : float
-        Radians for each metre of difference in height of the root, or of the hips if they hang below it.
+        Radians for each metre of difference in height of the root, or of the hips if they hang below it; for a
+        character of a person's size, in proportion for others.
     travel_weight : float
         Radians for each m/s of difference in root velocity, seen from the heading; upwards that of the hips.
+        Likewise in proportion.
     turn_weight : float
         Radians for each rad/s of difference in turn rate (seconds).
     """
@@ -92,8 +95,10 @@ def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> Pos
     angular = turned.as_rotvec().reshape(n_frames, -1, 3) / seconds
     angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
 
-    velocity = np.gradient(clip.translations[:, 0], axis=0) * rate
-    height = _body_height(clip)
+    # Seen at a person's size.
+    size = relative_size(clip.skeleton)
+    velocity = np.gradient(clip.translations[:, 0] / size, axis=0) * rate
+    height = _body_height(clip) / size
     cos, sin = np.cos(heading), np.sin(heading)
     root = [
         settings.height_weight * height,
