@@ -46,7 +46,7 @@ class LongOperator:
         # Timers do not fire without a window.
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self._steps = self.steps(context)
+        self._steps, self._running = self.steps(context), True
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.progress_begin(0, 100)
         context.window_manager.modal_handler_add(self)
@@ -66,6 +66,8 @@ class LongOperator:
             result = self._work(context)
             if result is None:
                 return {"RUNNING_MODAL"}
+            # Before the scene changes, because that can open windows and send events of its own.
+            self._stop(context)
             self.apply(context, result[0])
         except MotionGraphError as error:
             self._stop(context)
@@ -75,7 +77,6 @@ class LongOperator:
             # Not handled here, but the timer and the status text must not outlive the operator.
             self._stop(context)
             raise
-        self._stop(context)
         return {"FINISHED"}
 
     def cancel(self, context):
@@ -102,6 +103,9 @@ class LongOperator:
             context.workspace.status_text_set(text)
 
     def _stop(self, context) -> None:
+        if not self._running:
+            return
+        self._running = False
         self._steps.close()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()

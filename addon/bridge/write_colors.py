@@ -2,6 +2,7 @@
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 ATTRIBUTE = "Wayfarer Map"
 """Name of the colour attribute and of the material. (Cycles shows names such as "heat" or "density" as black.)"""
@@ -13,14 +14,15 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
     """A mesh object with one square for each of nx x ny cells, to be painted with :func:`paint`.
 
     Cell (ix, iy) spans x0 + ix * cell_size to x0 + (ix + 1) * cell_size in metres, y likewise, at height
-    ``z``; it has four vertices of its own, so that colours do not run into each other. An object called
-    ``name`` that this function made before is used again, and its mesh too if it has as many cells. The
+    ``z``; it has four vertices of its own, so that colours do not run into each other. What this function
+    put into the collection before is used again, whatever its name, and its mesh too if it has as many cells. The
     object stands at the world's origin and shows the attribute through a material.
     """
-    obj = bpy.data.objects.get(name)
-    if obj is None or _SHAPE_PROPERTY not in obj or obj.type != "MESH":
+    obj = next((found for found in collection.objects if _SHAPE_PROPERTY in found and found.type == "MESH"), None)
+    if obj is None:
         obj = bpy.data.objects.new(name, bpy.data.meshes.new(name))
         collection.objects.link(obj)
+    obj.matrix_world = Matrix.Identity(4)
     mesh = obj.data
     if tuple(obj.get(_SHAPE_PROPERTY, ())) != (nx, ny) or len(mesh.polygons) != nx * ny:
         mesh.clear_geometry()

@@ -36,7 +36,7 @@ class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):
         embedding = yield from embed_steps(found.graph, environment, settings, found.embedding)
         # Counted here, because counting takes about as long as embedding.
         yield Progress(1.0, "Counting links")
-        share = coverage_share(embedding)
+        share, _ = coverage_share(embedding), embedding.n_links
         return embedding, shapes, share
 
     def apply(self, context, result):

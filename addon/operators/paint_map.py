@@ -10,6 +10,7 @@ from ..jobs import LongOperator
 from ..properties import MapQuantity
 from ..render.map_colors import map_colors
 from ..render.reason_colors import floor_reasons, reason_colors, reason_shares
+from ..render.viewport import show_colors
 from ..scene_collections import OUTPUT, ensure_collection
 from ..state import results
 
@@ -62,6 +63,7 @@ class WAYFARER_OT_paint_map(LongOperator, bpy.types.Operator):
             ensure_collection(context.scene, OUTPUT),
         )
         paint(floor, colors)
+        show_colors(context.screen)
         found.painted = (embedding, quantity.name)
         found.summary.update(numbers)
         if quantity is MapQuantity.WHY_NOT:

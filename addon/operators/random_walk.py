@@ -16,6 +16,7 @@ from ..render.walk_curve import walk_curve
 from ..scene_collections import OUTPUT, ensure_collection
 from ..state import results
 
+_NAME = "Wayfarer Walk"
 _FIRST_FRAME = 1
 _MARKER = "Walk: "
 """Start of the names of timeline markers, by which those of an earlier walk are known."""
@@ -51,7 +52,7 @@ class WAYFARER_OT_random_walk(LongOperator, bpy.types.Operator):
             yield Progress(0.2, "Walking")
             walk = random_walk(embedding, rng, duration, start)
         yield Progress(0.4, "Blending segments")
-        clip = synthesize(walk, name="Wayfarer Walk")
+        clip = synthesize(walk, name=_NAME)
         yield Progress(0.8, "Baking the action")
         return walk, clip
 
@@ -61,7 +62,8 @@ class WAYFARER_OT_random_walk(LongOperator, bpy.types.Operator):
         character = scene.wayfarer.character
         action = write_clip(character, clip, clip.name, _FIRST_FRAME)
         for earlier in [action for action in bpy.data.actions if action.get(WALK_PROPERTY) == character.name]:
-            bpy.data.actions.remove(earlier)
+            if not _is_kept(earlier, character):
+                bpy.data.actions.remove(earlier)
         action.name = clip.name
         action[WALK_PROPERTY] = character.name
         assign_action(character, action)
@@ -73,6 +75,12 @@ class WAYFARER_OT_random_walk(LongOperator, bpy.types.Operator):
         length = float(np.linalg.norm(np.diff(walk.root_path[:, :2], axis=0), axis=1).sum())
         found.summary.update(walk_seconds=walk.duration, walk_segments=len(walk), walk_length=length)
         self.report({"INFO"}, f"{walk.duration:.1f} s, {length:.1f} m, {len(walk)} segments")
+
+
+def _is_kept(action, character) -> bool:
+    """Whether the artist has use for an earlier walk: a fake user, another name, or users beside the character."""
+    assigned = character.animation_data is not None and character.animation_data.action == action
+    return action.use_fake_user or not action.name.startswith(_NAME) or action.users > int(assigned)
 
 
 def _start_position(context) -> tuple[float, float] | None:

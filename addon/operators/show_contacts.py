@@ -26,7 +26,7 @@ class WAYFARER_OT_show_contacts(LongOperator, bpy.types.Operator):
         if settings.character is None:
             cls.poll_message_set("Choose a character first")
         elif not any(clip.use for clip in settings.clips):
-            cls.poll_message_set("Refresh the clips and tick at least one first")
+            cls.poll_message_set("Give the character actions, refresh the clips and tick at least one")
         else:
             return True
         return False

@@ -8,6 +8,15 @@ from .map_picture import MapScene
 from .view_picture import aim
 
 
+def show_colors(screen) -> None:
+    """Let solid viewports that colour by material colour by attribute, the only way in which they show a map."""
+    for area in screen.areas if screen else ():
+        if area.type == "VIEW_3D":
+            shading = area.spaces.active.shading
+            if shading.type == "SOLID" and shading.color_type == "MATERIAL":
+                shading.color_type = "VERTEX"
+
+
 def set_up_viewports(shown: MapScene) -> None:
     """Let all 3D viewports colour by attribute, so that solid mode shows the map, and look at the ground."""
     centre = Vector(((shown.low[0] + shown.high[0]) / 2, (shown.low[1] + shown.high[1]) / 2, shown.ground_height))

@@ -7,8 +7,12 @@ import numpy as np
 
 from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
-from .obstacles import clip_to_heights, samples_within
+from .obstacles import clip_to_heights, samples_within, solid_samples
 from .regions import Region, RegionMask, RegionRule, rasterise_regions
+
+#: Bytes that a sample takes while obstacles are grown (measured), and how many may be looked at: 4 GB.
+SAMPLE_BYTES = 40
+MAX_SAMPLES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,12 @@ def build_environment(
         A coordinate is not a number, a radius is negative, or a region lies wholly outside the ground.
     """
     settings = settings or EnvironmentSettings()
+    n_samples = grid.shape[0] * grid.shape[1] * SUBDIVISION**2
+    if n_samples > MAX_SAMPLES:
+        raise SceneError(
+            f"The ground of {grid.size[0]:.0f} x {grid.size[1]:.0f} m in cells of {grid.cell_size:g} m would need "
+            f"about {n_samples * SAMPLE_BYTES / 1e9:.0f} GB for its obstacles; use larger cells or a smaller ground."
+        )
     if not (np.isfinite(settings.radius) and settings.radius >= 0):
         raise SceneError(f"The character's radius is {settings.radius}; it must be zero or more.")
     if not settings.step_height < settings.head_height:
@@ -113,5 +123,7 @@ def build_environment(
     if obstacles.size and obstacles.shape[1:] != (3, 3):
         raise SceneError(f"Obstacles are triangles of shape (T, 3, 3), not {obstacles.shape}.")
     low, high = settings.ground_height + settings.step_height, settings.ground_height + settings.head_height
-    polygons = clip_to_heights(obstacles.reshape(-1, 3, 3), low, high)
-    return Environment(grid, samples_within(grid, polygons, settings.radius), rasterise_regions(regions, grid))
+    obstacles = obstacles.reshape(-1, 3, 3)
+    polygons = clip_to_heights(obstacles, low, high)
+    blocked = samples_within(grid, polygons, settings.radius) | solid_samples(grid, obstacles, low, high)
+    return Environment(grid, blocked, rasterise_regions(regions, grid))

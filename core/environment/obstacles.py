@@ -120,6 +120,53 @@ def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> Non
     np.subtract.at(edges, strip[met] * (depth + 1) + top + 1, 1)
 
 
+def solid_columns(triangles: np.ndarray, low: float, high: float, shape: tuple[int, int]) -> np.ndarray:
+    """(width, depth) bool: samples whose centre lies inside a closed mesh all the way from ``low`` to ``high``.
+
+    ``triangles`` (T, 3, 3) have x and y in sample units. A ray upwards from inside a solid leaves it through one face
+    more than it enters by, a ray downwards likewise; a ceiling, a floor or a room seen from within passes one of the
+    two tests at most. Only meaningful where no triangle passes through the column between the two heights.
+    """
+    z = triangles[:, :, 2]
+    above = _cut(triangles, z - high) if np.isfinite(high) else triangles[:0]
+    below = _cut(triangles, low - z) if np.isfinite(low) else triangles[:0]
+    return (_crossings(above, shape) > 0) & (_crossings(below, shape) < 0)
+
+
+def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """(width, depth) int: polygons (n, k, 3) over or under each sample's centre, +1 facing up and -1 facing down."""
+    width, depth = shape
+    x, y = polygons[:, :, 0], polygons[:, :, 1]
+    area = np.sum(np.roll(x, 1, axis=1) * y - x * np.roll(y, 1, axis=1), axis=1)
+    polygons, facing = polygons[area != 0], np.sign(area[area != 0]).astype(np.int64)
+    first = np.clip(np.ceil(polygons[:, :, 0].min(axis=1) - 0.5), 0, width).astype(int)
+    last = np.clip(np.ceil(polygons[:, :, 0].max(axis=1) - 0.5), 0, width).astype(int)
+    n_lines = last - first
+    edges = np.zeros(width * (depth + 1), dtype=np.int64)
+    block = (np.cumsum(n_lines) - n_lines) // STRIPS_AT_ONCE
+    for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
+        part, lines = polygons[start:stop], n_lines[start:stop]
+        which = np.repeat(np.arange(len(part)), lines)
+        line = np.arange(len(which)) - np.repeat(np.cumsum(lines) - lines, lines) + first[start:stop][which]
+        low, high = np.full(len(which), np.inf), np.full(len(which), -np.inf)
+        for corner in range(part.shape[1]):
+            a, b = part[which, corner - 1, :2], part[which, corner, :2]
+            swap = (a[:, :1] > b[:, :1]) | ((a[:, :1] == b[:, :1]) & (a[:, 1:] > b[:, 1:]))
+            a, b = np.where(swap, b, a), np.where(swap, a, b)
+            at = line + 0.5
+            # Half open, and the same numbers for both faces at an edge: a centre on it belongs to one of them.
+            met = (a[:, 0] <= at) & (at < b[:, 0])
+            share = np.divide(at - a[:, 0], b[:, 0] - a[:, 0], out=np.zeros(len(at)), where=met)
+            crossed = a[:, 1] + share * (b[:, 1] - a[:, 1])
+            low = np.where(met, np.minimum(low, crossed), low)
+            high = np.where(met, np.maximum(high, crossed), high)
+        met = low < high
+        column, sign = line[met] * (depth + 1), facing[start:stop][which[met]]
+        np.add.at(edges, column + np.clip(np.ceil(low[met] - 0.5), 0, depth).astype(int), sign)
+        np.subtract.at(edges, column + np.clip(np.ceil(high[met] - 0.5), 0, depth).astype(int), sign)
+    return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth]
+
+
 def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: float = 0.0) -> np.ndarray:
     """Samples of the ground and of ``margin`` samples around it that the polygons touch.
 
@@ -138,6 +185,22 @@ def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: f
     mask = rasterise(polygons, (repeats_x * nx, repeats_y * ny), tolerance)
     tile = mask.reshape(repeats_x, nx, repeats_y, ny).any(axis=(0, 2))
     return np.pad(tile, margin, mode="wrap")
+
+
+def solid_samples(grid: Grid, triangles: np.ndarray, low: float, high: float) -> np.ndarray:
+    """(4 nx, 4 ny) bool: samples of the ground inside closed meshes, for (T, 3, 3) world triangles in metres."""
+    size = np.array(grid.shape[:2]) * SUBDIVISION
+    moved = np.array(triangles, dtype=float)
+    moved[:, :, :2] = (moved[:, :, :2] - grid.origin) / grid.sample_size
+    if not grid.tiled or len(moved) == 0:
+        return solid_columns(moved, low, high, tuple(size.tolist()))
+    # Faces of one mesh must stay together: look at all the tiles that the geometry covers.
+    first = np.floor(moved[:, :, :2].min(axis=(0, 1)) / size).astype(int)
+    n_tiles = np.floor(moved[:, :, :2].max(axis=(0, 1)) / size).astype(int) + 1 - first
+    moved[:, :, :2] -= first * size
+    nx, ny = size.tolist()
+    solid = solid_columns(moved, low, high, tuple((n_tiles * size).tolist()))
+    return solid.reshape(n_tiles[0], nx, n_tiles[1], ny).any(axis=(0, 2))
 
 
 def samples_within(grid: Grid, polygons: np.ndarray, distance: float) -> np.ndarray:

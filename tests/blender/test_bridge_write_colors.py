@@ -125,3 +125,17 @@ def test_speed():
             paint(obj, colors)
             times.append(time.perf_counter() - start)
         assert min(times) < 2 * limit
+
+
+def test_every_collection_has_a_floor_of_its_own():
+    scene = bpy.context.scene
+    first, second = (bpy.data.collections.new(name) for name in ("One", "Two"))
+    for collection in (first, second):
+        scene.collection.children.link(collection)
+    floors = [ground_grid("Floor", 0, 0, 0.5, n, n, 0, c) for n, c in ((4, first), (3, second))]
+    assert floors[0] is not floors[1]
+    assert [len(floor.data.polygons) for floor in floors] == [16, 9]
+    floors[0].name, floors[0].location = "Renamed", (3, 0, 0)
+    again = ground_grid("Floor", 0, 0, 0.5, 4, 4, 0, first)
+    assert again == floors[0]
+    assert tuple(again.matrix_world.translation) == (0, 0, 0)

@@ -31,7 +31,11 @@ def distance_to_polygons(points, polygons):
 
 
 def box_triangles(low, high):
-    """(12, 3, 3) triangles of the box between two corners."""
+    """(12, 3, 3) triangles of the box between two corners, facing outwards."""
     corners = np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)], dtype=float)
     quads = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
-    return np.array([corners[[a, b, c]] for q in quads for a, b, c in (q[:3], (q[0], q[2], q[3]))])
+    triangles = np.array([corners[[a, b, c]] for q in quads for a, b, c in (q[:3], (q[0], q[2], q[3]))])
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inwards = np.sum(normals * (triangles.mean(axis=1) - corners.mean(axis=0)), axis=1) < 0
+    triangles[inwards] = triangles[inwards][:, ::-1]
+    return triangles

@@ -72,6 +72,44 @@ def test_free_samples_keep_their_distance_and_blocked_ones_are_near(seed, tiled)
     assert np.all(distance[blocked] <= radius + 2 * np.sqrt(2) * grid.sample_size + 1e-9)
 
 
+@given(st.integers(0, 10**6), st.booleans())
+def test_inside_a_solid_nothing_is_free(seed, tiled):
+    """Turned boxes that stand in each other, against points in boxes; also where the walls are too far to tell."""
+    rng = np.random.default_rng(seed)
+    grid = Grid((10, 12, 4), 0.25, (-1.0, 0.5), tiled)
+    points = np.stack(np.meshgrid(*(np.arange(0.5, n * SUBDIVISION) for n in grid.shape[:2]), indexing="ij"), axis=-1)
+    points = points * grid.sample_size + grid.origin
+    boxes, inside, near = [], np.zeros(points.shape[:2], dtype=bool), np.zeros(points.shape[:2], dtype=bool)
+    for _ in range(2):
+        centre, half, angle = rng.uniform(-1, 3, 2), rng.uniform(0.2, 1.5, 2), rng.uniform(0, np.pi)
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        boxes.append(box_triangles((*-half, 0), (*half, 3)) @ turn.T + [*centre, 0])
+        for a, b in [(a, b) for a in range(-3, 4) for b in range(-3, 4)] if tiled else [(0, 0)]:
+            away = np.abs((points - centre - np.array([a, b]) * grid.size) @ turn[:2, :2]) - half
+            inside |= away.max(axis=-1) < 0
+            near |= away.max(axis=-1) < 0.71 * grid.sample_size
+    environment = build_environment(grid, np.concatenate(boxes), settings=EnvironmentSettings(radius=0.0))
+    assert np.all(environment.blocked[inside])
+    # With no radius, all that is blocked beyond them is what the walls touch.
+    assert np.all(near[environment.blocked])
+
+
+def test_rooms_and_ceilings_are_not_solid():
+    grid = Grid((20, 20, 4), 0.2)
+    room = box_triangles((0.4, 0.4, -0.1), (3.6, 3.6, 2.5))[:, ::-1]
+    middle = (40, 40)
+    ceiling = box_triangles((0, 0, 2.4), (4, 4, 2.6))
+    plane = ceiling[np.all(ceiling[:, :, 2] > 2.5, axis=1)]
+    for open_air in (room, ceiling, plane, plane - [0, 0, 5]):
+        assert not build_environment(grid, open_air).blocked[middle]
+    assert build_environment(grid, room[:, ::-1]).blocked[middle]
+
+
+def test_a_ground_too_large_for_memory_is_refused():
+    with pytest.raises(SceneError, match="larger cells"):
+        build_environment(Grid((40_000, 40_000, 8), 0.1), np.empty((0, 3, 3)))
+
+
 def test_what_can_be_stepped_on_or_walked_under_is_no_obstacle():
     grid = Grid((20, 20, 8), 0.1)
     settings = EnvironmentSettings(radius=0.1, step_height=0.05, head_height=1.9)

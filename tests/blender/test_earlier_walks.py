@@ -1,0 +1,53 @@
+"""A new walk takes the place of the one before it, unless the artist has use for that."""
+
+import bpy
+import pytest
+
+from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
+
+operators = bpy.ops.wayfarer
+
+
+@pytest.fixture
+def walked(sample_file):
+    """The character of a scene in which a walk has been baked."""
+    bpy.ops.wm.open_mainfile(filepath=sample_file)
+    settings = bpy.context.scene.wayfarer
+    settings.environment.cell_size, settings.environment.n_headings = 0.25, 12
+    settings.walk.duration = 5.0
+    for step in ("build_motion_graph", "embed", "random_walk"):
+        assert getattr(operators, step)() == {"FINISHED"}
+    return settings.character
+
+
+def walks():
+    return [action for action in bpy.data.actions if WALK_PROPERTY in action]
+
+
+def keep_by_name(action, character):
+    action.name = "Keep"
+
+
+def keep_by_fake_user(action, character):
+    action.use_fake_user = True
+
+
+def keep_by_strip(action, character):
+    character.animation_data.nla_tracks.new().strips.new("Walk", 1, action)
+
+
+def test_a_walk_replaces_the_one_before(walked):
+    assert operators.random_walk() == {"FINISHED"}
+    assert len(walks()) == 1
+    assert walked.animation_data.action in walks()
+
+
+@pytest.mark.parametrize("keep", [keep_by_name, keep_by_fake_user, keep_by_strip])
+def test_a_walk_that_is_kept_survives(walked, keep):
+    kept = walked.animation_data.action
+    keep(kept, walked)
+    name = kept.name
+    assert operators.random_walk() == {"FINISHED"}
+    assert name in bpy.data.actions
+    assert len(walks()) == 2
+    assert walked.animation_data.action != bpy.data.actions[name]
