@@ -41,7 +41,7 @@ def fingerprint(*parts) -> str:
 def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     """The clips in use, and (action name, reason) of those that cannot be read.
 
-    Raises ClipError if the scene has no character, or no action of it is in use or can be read.
+    Raises ClipError if the scene has no character, or no action of it is in use.
     """
     settings = scene.wayfarer
     if settings.character is None:
@@ -49,11 +49,7 @@ def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     actions = settings.used_actions()
     if not actions:
         raise ClipError(f"No action of '{settings.character.name}' is in use; refresh the clips or tick at least one.")
-    clips, problems = read_clips(settings.character, actions)
-    if not clips:
-        name, reason = problems[0]
-        raise ClipError(f"No action of '{settings.character.name}' can be used. '{name}': {reason}")
-    return clips, problems
+    return read_clips(settings.character, actions)
 
 
 def prepared_clips_steps(

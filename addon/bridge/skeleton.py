@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
+from ...core.motion.sides import mirrored_pairs
 from ...core.motion.skeleton import Skeleton
 from .rotation_modes import REST_CHANNELS
-from .sides import mirrored_pairs
 
 _LEG = ("thigh", "leg", "hip", "femur", "shin", "calf", "knee", "foot", "ankle")
 _UP = np.array([0.0, 0.0, 1.0])

@@ -2,32 +2,26 @@
 
 import bpy
 
+from ...core.errors import ClipError
 from ...core.motion.graph import build_motion_graph_steps
 from ...core.progress import Progress
 from ..inputs import actions_fingerprint, graph_settings, prepared_clips_steps, read_character
 from ..jobs import LongOperator
 from ..state import keep_graph, results
+from .needs_clips import NeedsClips
 
 
-class WAYFARER_OT_build_motion_graph(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_build_motion_graph(NeedsClips, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.build_motion_graph"
     bl_label = "Build Motion Graph"
     bl_description = "Cut the clips into segments and find out which may follow which"
 
-    @classmethod
-    def poll(cls, context):
-        settings = context.scene.wayfarer
-        if settings.character is None:
-            cls.poll_message_set("Choose a character first")
-        elif not any(clip.use for clip in settings.clips):
-            cls.poll_message_set("Give the character actions, refresh the clips and tick at least one")
-        else:
-            return True
-        return False
-
     def steps(self, context):
         scene = context.scene
         clips, problems = read_character(scene)
+        if not clips:
+            name, reason = problems[0]
+            raise ClipError(f"No action of '{scene.wayfarer.character.name}' can be used. '{name}': {reason}")
         actions, settings = actions_fingerprint(scene), graph_settings(scene)
         steady_heading, mirror = scene.wayfarer.graph.steady_heading, scene.wayfarer.graph.mirror_clips
         yield Progress(0.0, "Reading clips")

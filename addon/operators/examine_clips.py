@@ -7,26 +7,16 @@ from ..examination import ClipHealth, clip_health
 from ..inputs import action_fingerprint, doctor_settings, read_character
 from ..jobs import LongOperator
 from ..state import keep_health
+from .needs_clips import NeedsClips
 
 
-class WAYFARER_OT_examine_clips(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.examine_clips"
     bl_label = "Examine Clips"
     bl_description = (
         "Look for T-poses, frozen or lost channels, pops, missing root motion and clips that are too short, in all "
         "clips that are ticked; nothing is changed"
     )
-
-    @classmethod
-    def poll(cls, context):
-        settings = context.scene.wayfarer
-        if settings.character is None:
-            cls.poll_message_set("Choose a character first")
-        elif not any(clip.use for clip in settings.clips):
-            cls.poll_message_set("Give the character actions, refresh the clips and tick at least one")
-        else:
-            return True
-        return False
 
     def steps(self, context):
         scene = context.scene

@@ -8,28 +8,18 @@ from ..inputs import action_fingerprint, read_character
 from ..jobs import LongOperator
 from ..render.contact_strip import ClipContacts, contact_strip, show_in_image
 from ..state import keep_contacts
+from .needs_clips import NeedsClips
 
 IMAGE_NAME = "Wayfarer Contacts"
 
 
-class WAYFARER_OT_show_contacts(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.show_contacts"
     bl_label = "Show Contacts"
     bl_description = (
         "Draw when the left foot (blue) and the right foot (orange) of each ticked clip are planted, as an image in "
         "the Image Editor"
     )
-
-    @classmethod
-    def poll(cls, context):
-        settings = context.scene.wayfarer
-        if settings.character is None:
-            cls.poll_message_set("Choose a character first")
-        elif not any(clip.use for clip in settings.clips):
-            cls.poll_message_set("Give the character actions, refresh the clips and tick at least one")
-        else:
-            return True
-        return False
 
     def steps(self, context):
         scene = context.scene

@@ -72,14 +72,7 @@ class Embedding:
 
     @cached_property
     def n_links(self) -> int:
-        stencils, parents = self.unrolling.stencils, self.network.parents
-        starts = zip(stencils.segment.tolist(), stencils.heading.tolist(), self._able_starts(), strict=True)
-        return sum(
-            (self.planes[parent * stencils.n_headings + heading] & able).bit_count()
-            for segment, heading, able in starts
-            if able
-            for parent in parents[segment]
-        )
+        return self.network.count_links(self.network.bundles(list(self.planes)))
 
     def covered(self) -> np.ndarray:
         """(nx, ny, n_headings) bool: whether any segment's node stands at p."""

@@ -193,7 +193,7 @@ class StepNetwork:
                 if able:
                     yield segment, block * self.bundled + place, turned, shift, able
 
-    def count_links(self, nodes: Nodes, enough: int) -> int:
+    def count_links(self, nodes: Nodes, enough: float = np.inf) -> int:
         """Number of links between nodes of a set; counting ends early once there are more than ``enough``."""
         planes = [plane for bundle in nodes for plane in self.planes(bundle)]
         n_links = 0

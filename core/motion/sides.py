@@ -1,6 +1,7 @@
-"""Which joints are the left and the right one of a pair, told from their names."""
+"""Which bones are the left and the right one of a pair, told from their names."""
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -18,19 +19,28 @@ _SIDE = re.compile(
 )
 
 
-def partners(skeleton: Skeleton) -> np.ndarray:
-    """(J,) int: for each joint the one whose name differs only in its side, or itself if there is none."""
-    index = {name: joint for joint, name in enumerate(skeleton.names)}
-    result = np.arange(skeleton.n_joints)
-    for joint, name in enumerate(skeleton.names):
-        if result[joint] != joint:
-            continue
+def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
+    """(left, right) for every two names that differ only in their side, in the order of the left ones."""
+    names = list(names)
+    known = set(names)
+    pairs = []
+    for name in names:
         for match in _SIDE.finditer(name):
             word = match.group()
             other = _WORDS[word.lower()]
             other = other.upper() if word.isupper() else other.capitalize() if word[0].isupper() else other
-            partner = index.get(name[: match.start()] + other + name[match.end() :])
-            if partner is not None:
-                result[joint], result[partner] = partner, joint
+            partner = name[: match.start()] + other + name[match.end() :]
+            if word[0] in "lL" and partner in known:
+                pairs.append((name, partner))
                 break
+    return pairs
+
+
+def partners(skeleton: Skeleton) -> np.ndarray:
+    """(J,) int: for each joint the one whose name differs only in its side, or itself if there is none."""
+    result = np.arange(skeleton.n_joints)
+    for left, right in mirrored_pairs(skeleton.names):
+        joints = skeleton.index(left), skeleton.index(right)
+        if all(result[joint] == joint for joint in joints):
+            result[list(joints)] = joints[::-1]
     return result

@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.bridge.sides import mirrored_pairs
 from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation, world_transforms
+from bl_ext.user_default.wayfarer.core.motion.sides import mirrored_pairs
 
 # Bone, parent, head; all bones are 10 cm long. The left is at +X: the characters face -Y.
 MIXAMO = [
