@@ -26,14 +26,17 @@ WORTHWHILE_TRIM = 0.05
 
 
 def largest_component_steps(
-    network: StepNetwork, explicit_links: int = EXPLICIT_LINKS
+    network: StepNetwork, explicit_links: int = EXPLICIT_LINKS, within: Nodes | None = None
 ) -> Generator[Progress, None, Nodes]:
     """The nodes of the largest strongly connected component; yields progress, returns bundles (all 0 if no cycle).
 
     Of components of equal size, the one that holds the lowest node in order of x, y, heading, segment. Rests of up to
-    ``explicit_links`` links are written out; the result does not depend on it.
+    ``explicit_links`` links are written out; the result does not depend on it. Only nodes of ``within`` and the links
+    between them take part, if it is given.
     """
-    everything = network.image(network.everything())
+    everything = network.image(network.everything() if within is None else within)
+    if within is not None:
+        everything = intersection(everything, within)
     best, best_size, fraction = [0] * len(everything), 0, 0.0
     total = count(everything)
     rests = [(total, everything)]

@@ -1,7 +1,7 @@
 """The embedding: the motion graph unrolled into the grid and reduced to its largest strongly connected component."""
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
 from .component import largest_component_steps
 from .footprint import FootprintSettings
-from .network import StepNetwork
+from .network import Nodes, StepNetwork, intersection
 from .stencil import build_stencils
 from .sweep import sweep_steps
 from .unroll import Unrolling, unroll_steps
@@ -67,12 +67,17 @@ class Embedding:
         return StepNetwork(self.unrolling, self.graph.links, len(self.graph.segments))
 
     @cached_property
+    def nodes(self) -> Nodes:
+        """The nodes as a set of the network; not to be changed."""
+        return self.network.bundles(list(self.planes))
+
+    @cached_property
     def n_nodes(self) -> int:
         return sum(plane.bit_count() for plane in self.planes)
 
     @cached_property
     def n_links(self) -> int:
-        return self.network.count_links(self.network.bundles(list(self.planes)))
+        return self.network.count_links(self.nodes)
 
     def covered(self) -> np.ndarray:
         """(nx, ny, n_headings) bool: whether any segment's node stands at p."""
@@ -260,6 +265,30 @@ def embed(
         The graph has no segments, or the planes would take more than ``settings.memory_limit`` bytes.
     """
     return finish(embed_steps(graph, environment, settings, previous))
+
+
+def restrict_steps(embedding: Embedding, nodes: Nodes) -> Generator[Progress, None, Embedding]:
+    """As :func:`restrict`, as a generator that yields progress."""
+    network = embedding.network
+    kept = yield from largest_component_steps(network, within=intersection(nodes, embedding.nodes))
+    planes = tuple(plane for bundle in kept for plane in network.planes(bundle))
+    restricted = replace(embedding, planes=planes)
+    # The links are those of the same network: only nodes are gone.
+    restricted.__dict__.update(network=network, nodes=kept)
+    return restricted
+
+
+def restrict(embedding: Embedding, nodes: Nodes) -> Embedding:
+    """What is left of an embedding when only these of its nodes may be used: the largest strongly connected component.
+
+    The graph, the environment and the one-step links stay the same; whatever prunes an embedding ends here.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        A set of ``embedding.network``.
+    """
+    return finish(restrict_steps(embedding, nodes))
 
 
 def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environment, settings: EmbeddingSettings) -> bool:

@@ -105,7 +105,7 @@ class StepNetwork:
         planes = [0] * (self.n_segments * self.n_headings)
         order = np.argsort(indices[:, 0], kind="stable")
         plane, first = np.unique(indices[order, 0], return_index=True)
-        for index, cells in zip(plane.tolist(), np.split(indices[order, 1], first[1:]), strict=True):
+        for index, cells in zip(plane.tolist(), np.split(indices[order, 1], first)[1:], strict=True):
             mask = np.zeros(nx * ny, dtype=bool)
             mask[cells] = True
             planes[index] = self.layout.pack(mask.reshape(nx, ny))

@@ -42,7 +42,7 @@ def why_not(embedding: Embedding) -> np.ndarray:
 def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
     """As :func:`why_not`, as a generator that yields progress."""
     network = embedding.network
-    nodes = network.bundles(list(embedding.planes))
+    nodes = embedding.nodes
     everything = network.image(network.everything())
     reached = yield from portion(network.reached_from_steps(nodes, union(everything, nodes)), 0.1, 0.3)
     # Where a character could start: it need not have arrived by any segment.

@@ -83,7 +83,7 @@ def _rings(embedding: Embedding, cell: np.ndarray) -> Iterator[Nodes]:
     network, layout = embedding.network, embedding.unrolling.layout
     there = 1 << layout.bit(*cell.tolist())
     ring = network.bundles([plane & there for plane in embedding.planes])
-    farther = difference(network.bundles(list(embedding.planes)), ring)
+    farther = difference(embedding.nodes, ring)
     while any(ring):
         yield ring
         ring = intersection(network.preimage(ring), farther)

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 from core.embedding.component import largest_component_steps
-from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes
+from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes, restrict
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
 from core.embedding.network import StepNetwork
 from core.embedding.stencil import build_stencils
@@ -81,6 +82,39 @@ def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, expli
     nx, ny, n_headings, n_segments = slow.shape
     expected = slow.node_mask().transpose(3, 2, 0, 1).reshape(n_segments * n_headings, nx, ny)
     assert np.array_equal(found, expected)
+
+
+@settings(max_examples=300)
+@given(st.integers(0, 10**6), st.booleans(), st.floats(0.3, 1.0))
+def test_restricting_keeps_the_largest_component_of_the_nodes_left(seed, tiled, share):
+    """Equal to SciPy's strong components of the written-out links between the nodes left."""
+    embedding = embed(*random_problem(seed, tiled), EmbeddingSettings(FOOTPRINTS[1]))
+    nodes, links = embedding.to_csr()
+    left = np.random.default_rng(seed).random(len(nodes)) < share
+    x, y, heading, segment = nodes[left].T
+    _, ny, n_headings, _ = embedding.shape
+    network = embedding.network
+    restricted = restrict(embedding, network.nodes(np.column_stack([segment * n_headings + heading, x * ny + y])))
+
+    kept = links[left][:, left]
+    _, label = connected_components(kept, directed=True, connection="strong")
+    sizes = np.bincount(label) if len(label) else np.array([0])
+    with_cycle = (sizes > 1) | np.isin(np.arange(len(sizes)), label[kept.diagonal() > 0])
+    largest = np.max(sizes * with_cycle)
+    assert restricted.n_nodes == largest
+    if largest:
+        best = min(np.flatnonzero((sizes == largest) & with_cycle), key=lambda c: np.flatnonzero(label == c)[0])
+        assert np.array_equal(np.argwhere(restricted.node_mask()), nodes[left][label == best])
+        inside = kept[label == best][:, label == best]
+        assert restricted.n_links >= inside.nnz  # around a tiled ground two links may join the same nodes
+        assert tiled or restricted.n_links == inside.nnz
+
+
+def test_restricting_to_all_nodes_changes_nothing():
+    embedding = embed(*random_problem(4, True), EmbeddingSettings())
+    assert embedding.n_nodes > 0
+    assert restrict(embedding, embedding.network.everything()).planes == embedding.planes
+    assert restrict(embedding, [0] * len(embedding.nodes)).n_nodes == 0
 
 
 @given(st.integers(0, 10**6), st.booleans())

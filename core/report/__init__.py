@@ -1,0 +1,1 @@
+"""Results for people: tables, pictures and a page of HTML, written without any library."""

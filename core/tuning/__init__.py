@@ -1,0 +1,1 @@
+"""Making an embedding smaller without losing what it is good for."""
