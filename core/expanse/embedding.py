@@ -1,0 +1,222 @@
+"""Embedding a large ground: parcels, their cores, and what the cores reach and are reached from.
+
+The search is that of :mod:`core.embedding.component`, forward-backward, but it does not start from a single pivot: from
+one, a closure would cross the ground parcel by parcel while all workers but one wait. Every parcel finds the largest
+strongly connected component within itself, its *core*, and which cores of its neighbours that leads to. Cores that lead
+to each other belong to one component of the whole; from all of them together, forwards and backwards, every parcel is
+visited a few times, wherever it lies.
+"""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from itertools import count as numbers
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from ..embedding.component import EXPLICIT_LINKS, WORTHWHILE_TRIM
+from ..errors import EmbeddingError
+from ..progress import Progress, finish
+from . import tasks
+from .problem import open_problem
+from .work import Serial, Work
+
+#: The set that holds the nodes of the embedding when all is done.
+NODES = "nodes"
+#: The folder that holds the maps.
+MAPS = "maps"
+
+
+@dataclass(frozen=True)
+class ExpanseSummary:
+    """What came of embedding a large ground.
+
+    Attributes
+    ----------
+    n_nodes, n_links : int
+    free_cells, covered_cells : int
+        Cells at whose centre a character may stand, and those of them that it can pass through.
+    n_parcels : int
+    """
+
+    n_nodes: int
+    n_links: int
+    free_cells: int
+    covered_cells: int
+    n_parcels: int
+
+    @property
+    def coverage(self) -> float:
+        """Share of the free cells that can be passed through."""
+        return self.covered_cells / max(self.free_cells, 1)
+
+
+def embed_expanse(folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS):
+    """Embed the problem in a folder (see :func:`.problem.create_problem`); go on where it was left.
+
+    Returns :class:`ExpanseSummary`; the nodes are the set ``nodes``, the maps lie in ``maps``. Raises EmbeddingError if
+    files cannot be read or written: when that is repaired, the same call goes on.
+    """
+    return finish(embed_expanse_steps(folder, executor, explicit_links))
+
+
+def embed_expanse_steps(
+    folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS
+) -> Generator[Progress, None, ExpanseSummary]:
+    """As :func:`embed_expanse`, as a generator that yields progress."""
+    problem = open_problem(str(folder))
+    work = Work(problem, executor or Serial())
+    if work.known("done") is None:
+        found = yield from _largest_component(work, explicit_links)
+        if found is None:
+            yield from work.all_steps(NODES, tasks.clear, NODES)
+        else:
+            yield from work.all_steps(NODES, tasks.join_mail, found, {}, None, NODES)
+        work.record("done", True)
+    halo = yield from work.all_steps("halo of nodes", tasks.send_nodes, NODES)
+    links = yield from work.numbers_steps("links", tasks.count_links, NODES, halo.post())
+    cells = yield from work.numbers_steps("maps", tasks.write_maps, NODES, halo.post(), MAPS)
+    work.forget(NODES)
+    return ExpanseSummary(
+        n_nodes=halo.total,
+        n_links=sum(links),
+        free_cells=sum(free for free, _ in cells),
+        covered_cells=sum(covered for _, covered in cells),
+        n_parcels=work.n_parcels,
+    )
+
+
+def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, None, str | None]:
+    """The name of the set with the largest strongly connected component; None if no node lies on a cycle."""
+    number = numbers()
+    image = yield from work.all_steps("image", tasks.send_image, None, "image")
+    everything = yield from work.all_steps("everything", tasks.join_mail, "image", image.post(), None, "everything")
+    best, best_size = None, 0
+    rests: list[tuple[int, str]] = [(everything.total, "everything")]
+    while rests:
+        rests.sort()
+        left, nodes = rests.pop()
+        if left < max(best_size, 1):
+            break
+        turn = next(number)
+        if turn > 0:
+            left, nodes = yield from _trimmed(work, f"rest {turn}", nodes, left, max(best_size, 1))
+            if left < max(best_size, 1):
+                continue
+        if turn == 0 or not (yield from _is_small(work, nodes, f"rest {turn}", explicit_links)):
+            seed = yield from _seed(work, nodes, f"seed {turn}")
+            yield from work.closure_steps(tasks.go_on, seed, nodes, f"reached {turn}")
+            found = yield from work.closure_steps(tasks.go_back, seed, f"reached {turn}", f"component {turn}")
+            for name, whole, part in (
+                (f"ahead {turn}", f"reached {turn}", f"component {turn}"),
+                (f"aside {turn}", nodes, f"reached {turn}"),
+            ):
+                rest = yield from work.all_steps(name, tasks.subtract, whole, part, name)
+                rests.append((rest.total, name))
+        else:
+            found = yield from _largest_written_out(work, nodes, f"component {turn}")
+        size = found.total
+        if size > 0 and (yield from _has_cycle(work, f"component {turn}", size)):
+            better = size > best_size
+            if size == best_size and best is not None:
+                first = yield from _first_node(work, f"component {turn}")
+                better = first < (yield from _first_node(work, best))
+            if better:
+                best, best_size = f"component {turn}", size
+    return best
+
+
+def _trimmed(work: Work, name: str, nodes: str, left: int, enough: int) -> Generator[Progress, None, tuple[int, str]]:
+    """A set without most of its loose ends, see :func:`core.embedding.component.largest_component_steps`."""
+    for turn in numbers():
+        entered, kept = f"{name} entered {turn}", f"{name} kept {turn}"
+        image = yield from work.all_steps(f"{name} image {turn}", tasks.send_image, nodes, f"{name} image {turn}")
+        yield from work.all_steps(entered, tasks.join_mail, f"{name} image {turn}", image.post(), nodes, entered)
+        halo = yield from work.all_steps(f"halo of {entered}", tasks.send_nodes, entered)
+        phase = yield from work.all_steps(kept, tasks.keep_able, entered, halo.post(), kept)
+        before, left, nodes = left, phase.total, kept
+        if left < enough or left > before * (1 - WORTHWHILE_TRIM):
+            break
+    return left, nodes
+
+
+def _is_small(work: Work, nodes: str, name: str, explicit_links: int) -> Generator[Progress, None, bool]:
+    halo = yield from work.all_steps(f"halo of {nodes}", tasks.send_nodes, nodes)
+    counts = yield from work.numbers_steps(f"links of {name}", tasks.count_links, nodes, halo.post(), explicit_links)
+    return sum(counts) <= explicit_links
+
+
+def _seed(work: Work, nodes: str, name: str) -> Generator[Progress, None, str]:
+    """A set of nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node."""
+    cores = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
+    told = yield from work.all_steps(f"{name} touch", tasks.touch, f"{name} cores", nodes, f"{name} touch")
+    # Which neighbour told is in the name of its file.
+    calls = [(to, f"{name} cores", nodes, path) for to, path in told.mail if cores.n_nodes[to]]
+    touched = yield from work.chosen_steps(f"{name} touched", tasks.touched, calls)
+    pairs = [(int(Path(call[3]).name.split("-")[0]), call[0]) for call, hit in zip(calls, touched, strict=True) if hit]
+    size = np.array(cores.n_nodes)
+    if not size.any():
+        # No parcel has a cycle within itself: whatever there is runs through several.
+        where = yield from work.numbers_steps(f"{name} first", tasks.first_node, nodes)
+        chosen = [min((n, parcel) for parcel, n in enumerate(where) if n is not None)[1]]
+        task = tasks.place_node
+        source = nodes
+    else:
+        starts, ends = np.array(pairs, dtype=int).reshape(-1, 2).T
+        graph = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(size),) * 2)
+        _, group = connected_components(graph, directed=True, connection="strong")
+        chosen = np.flatnonzero(group == np.argmax(np.bincount(group, weights=size))).tolist()
+        task = tasks.join_mail
+        source = f"{name} cores"
+    empty = [parcel for parcel in range(work.n_parcels) if parcel not in chosen]
+    further = ([], None) if task is tasks.join_mail else ()
+    yield from work.chosen_steps(f"{name} chosen", task, [(p, source, *further, name) for p in chosen])
+    yield from work.chosen_steps(f"{name} empty", tasks.clear, [(p, name) for p in empty])
+    return name
+
+
+def _largest_written_out(work: Work, nodes: str, out: str):
+    """The largest component inside a set of few links, by SciPy."""
+    halo = yield from work.all_steps(f"halo of {nodes}", tasks.send_nodes, nodes)
+    if work.known(out) is None:
+        parts = yield from work.results_steps(f"{nodes} written out", tasks.written_out, nodes, halo.post())
+        numbers_of_largest = _largest(*(np.concatenate([part[i] for part in parts]) for i in range(3)))
+    else:
+        numbers_of_largest = np.empty(0, dtype=int)
+    return (yield from work.all_steps(out, tasks.keep_numbers, numbers_of_largest, out))
+
+
+def _largest(nodes: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Numbers of the nodes of the largest component that has a cycle; of equal ones, that of the lowest number."""
+    nodes = np.sort(nodes)
+    start, end = np.searchsorted(nodes, starts), np.searchsorted(nodes, ends)
+    matrix = sparse.csr_array((np.ones(len(start), dtype=bool), (start, end)), shape=(len(nodes),) * 2)
+    _, label = connected_components(matrix, directed=True, connection="strong")
+    size = np.bincount(label)
+    looped = np.zeros(len(size), dtype=bool)
+    looped[label[start[start == end]]] = True
+    size[(size == 1) & ~looped] = 0
+    if size.max(initial=0) == 0:
+        return np.empty(0, dtype=int)
+    first = np.flatnonzero(size[label] == size.max())[0]
+    return nodes[label == label[first]]
+
+
+def _has_cycle(work: Work, name: str, size: int) -> Generator[Progress, None, bool]:
+    """Whether a strongly connected set is more than one node that no link joins to itself."""
+    if size > 1:
+        return True
+    halo = yield from work.all_steps(f"halo of {name}", tasks.send_nodes, name)
+    links = yield from work.numbers_steps(f"links of {name}", tasks.count_links, name, halo.post())
+    return sum(links) > 0
+
+
+def _first_node(work: Work, name: str) -> Generator[Progress, None, int]:
+    found = yield from work.numbers_steps(f"first of {name}", tasks.first_node, name)
+    lowest = min((n for n in found if n is not None), default=None)
+    if lowest is None:
+        raise EmbeddingError(f"The set '{name}' is empty.")
+    return lowest

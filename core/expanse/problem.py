@@ -1,0 +1,201 @@
+"""A problem in a folder: what every worker has to know, and what each keeps at hand."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from ..embedding.embedding import EmbeddingSettings
+from ..embedding.footprint import FootprintRule, FootprintSettings
+from ..embedding.network import Nodes, StepNetwork
+from ..embedding.stencil import build_stencils
+from ..embedding.sweep import Sweep, sweep_steps
+from ..embedding.unroll import Unrolling, unroll_steps
+from ..environment.environment import Environment
+from ..environment.grid import Grid
+from ..environment.regions import RegionMask, RegionRule
+from ..errors import EmbeddingError
+from ..motion.graph import MotionGraph
+from ..motion.graph_archive import load_motion_graph, save_motion_graph
+from ..progress import finish
+from .parcels import ParcelPlan, plan_parcels
+from .set_file import read_set, write_set, write_whole
+
+_FORMAT = "wayfarer expanse 1"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A motion graph, a ground and how it is cut, as they lie in ``folder``; sets of nodes lie in ``folder/sets``."""
+
+    folder: Path
+    graph: MotionGraph
+    environment: Environment
+    settings: EmbeddingSettings
+    plan: ParcelPlan
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The same for all parcels: no path depends on where it starts."""
+        return _sweep(self.graph, self.plan.frame, self.environment.tags, self.settings)
+
+    def network(self, index: int) -> StepNetwork:
+        """The links that start in a parcel; they end in it or in its halo."""
+        own = self.own(index)
+        unrolling = finish(unroll_steps(self.sweep, self.plan.crop(self.environment, index)))
+        valid = tuple(plane & own for plane in unrolling.valid)
+        return StepNetwork(Unrolling(self.sweep, valid), self.graph.links, len(self.graph.segments))
+
+    def own(self, index: int) -> int:
+        """The plane of a parcel's own cells."""
+        return self.sweep.layout.pack(self.plan.own_cells(index))
+
+    @property
+    def n_planes(self) -> int:
+        return len(self.graph.segments) * self.plan.grid.shape[2]
+
+    @property
+    def plane_bytes(self) -> int:
+        return (self.sweep.layout.n_bits + 7) // 8
+
+    def set_path(self, name: str, index: int) -> Path:
+        return self.folder / "sets" / name / f"{index}.set"
+
+    def mail_path(self, name: str, sender: int, place: int) -> Path:
+        """What a parcel tells its neighbour number ``place``."""
+        return self.folder / "mail" / name / f"{sender}-{place}.set"
+
+    def read(self, name: str, index: int) -> list[int]:
+        """The planes of a set in a parcel, its own cells only."""
+        return read_set(self.set_path(name, index))
+
+    def write(self, name: str, index: int, planes: list[int]) -> None:
+        write_set(self.set_path(name, index), planes, self.plane_bytes)
+
+    def write_mail(self, name: str, sender: int, planes: list[int], to_own: bool) -> dict[int, tuple[int, str]]:
+        """Tell all neighbours what concerns them: what of the planes lies in their own cells, or in all their frame.
+
+        Returns {number of the neighbour: (its parcel, path of the file)} of those that are told anything.
+        """
+        layout, sent = self.sweep.layout, {}
+        for place, neighbour in enumerate(self.plan.neighbours[sender]):
+            seen, move = self._seen(sender, place, to_own), layout.shift(neighbour.dx, neighbour.dy)
+            moved = []
+            for plane in planes:
+                part = plane & seen
+                moved.append(part << move if move >= 0 else part >> -move)
+            if any(moved):
+                path = self.mail_path(name, sender, place)
+                write_set(path, moved, self.plane_bytes)
+                sent[place] = (neighbour.index, str(path))
+        return sent
+
+    def _seen(self, sender: int, place: int, to_own: bool) -> int:
+        """The plane of the sender's cells that are the neighbour's own, or in the neighbour's frame."""
+        nx, ny, _ = self.plan.frame.shape
+        neighbour = self.plan.neighbours[sender][place]
+        x, y = np.arange(nx) + neighbour.dx, np.arange(ny) + neighbour.dy
+        if to_own:
+            there, first = self.plan.parcels[neighbour.index], (self.plan.halo_x, self.plan.halo_y)
+            in_x = (x >= first[0]) & (x < first[0] + there.nx)
+            in_y = (y >= first[1]) & (y < first[1] + there.ny)
+        else:
+            in_x, in_y = (x >= 0) & (x < nx), (y >= 0) & (y < ny)
+        return self.sweep.layout.pack(np.logical_and.outer(in_x, in_y))
+
+
+def union_of_files(paths: Sequence[str], n_planes: int) -> list[int]:
+    """The union of the sets in some files."""
+    union = [0] * n_planes
+    for path in paths:
+        union = [a | b for a, b in zip(union, read_set(Path(path)), strict=True)]
+    return union
+
+
+def planes_of(network: StepNetwork, nodes: Nodes) -> list[int]:
+    return [plane for bundle in nodes for plane in network.planes(bundle)]
+
+
+def _sweep(graph: MotionGraph, frame: Grid, tags: frozenset[str], settings: EmbeddingSettings) -> Sweep:
+    stencils = build_stencils(graph.segments, frame, settings.footprint)
+    return finish(sweep_steps(graph.segments, stencils, frame, tags))
+
+
+def create_problem(
+    folder: Path, graph: MotionGraph, environment: Environment, settings: EmbeddingSettings, parcel_size: float
+) -> Problem:
+    """Lay out a problem in a folder that all workers can read and write.
+
+    Parameters
+    ----------
+    parcel_size : float
+        Metres; the sides of the parcels are at least that.
+
+    Raises
+    ------
+    EmbeddingError
+        The graph is empty, the parcels are too small for its steps, or the folder cannot be written.
+    """
+    if not graph.segments:
+        raise EmbeddingError("The motion graph has no segments; build it from clips that connect.")
+    grid = environment.grid
+    small = _sweep(graph, Grid((1, 1, grid.shape[2]), grid.cell_size), environment.tags, settings)
+    halo_x, halo_y = max(small.layout.reach_x, 1), max(small.layout.reach_y, 1)
+    if grid.tiled and (grid.shape[0] < halo_x or grid.shape[1] < halo_y):
+        raise EmbeddingError("The tile is smaller than the longest step; embed it in one process.")
+    parcel_cells = max(int(parcel_size / grid.cell_size), 1)
+    plan_parcels(grid, halo_x, halo_y, parcel_cells)
+    folder.mkdir(parents=True, exist_ok=True)
+    save_motion_graph(graph, folder / "graph.npz")
+    np.save(folder / "blocked.npy", environment.blocked)
+    for i, region in enumerate(environment.regions):
+        np.save(folder / f"region-{i}.npy", region.mask)
+    footprint = settings.footprint
+    header = {
+        "format": _FORMAT,
+        "shape": list(grid.shape),
+        "cell_size": grid.cell_size,
+        "origin": list(grid.origin),
+        "tiled": grid.tiled,
+        "regions": [[region.name, region.rule.name, region.tag] for region in environment.regions],
+        "footprint": {**vars(footprint), "rule": footprint.rule.name},
+        "halo": [halo_x, halo_y],
+        "parcel_cells": parcel_cells,
+    }
+    write_whole(folder / "problem.json", json.dumps(header).encode())
+    return open_problem(str(folder))
+
+
+@lru_cache(maxsize=1)
+def open_problem(folder: str) -> Problem:
+    """The problem in a folder; large masks stay on the disk until a parcel is cut out of them.
+
+    Raises EmbeddingError if the folder holds none.
+    """
+    path = Path(folder)
+    try:
+        header = json.loads((path / "problem.json").read_bytes())
+        if header["format"] != _FORMAT:
+            raise ValueError
+        grid = Grid(tuple(header["shape"]), header["cell_size"], tuple(header["origin"]), header["tiled"])
+        footprint = {**header["footprint"], "rule": FootprintRule[header["footprint"]["rule"]]}
+        regions = tuple(
+            RegionMask(name, RegionRule[rule], tag, np.load(path / f"region-{i}.npy", mmap_mode="r"))
+            for i, (name, rule, tag) in enumerate(header["regions"])
+        )
+        environment = Environment(grid, np.load(path / "blocked.npy", mmap_mode="r"), regions)
+        halo_x, halo_y = header["halo"]
+        plan = plan_parcels(grid, halo_x, halo_y, header["parcel_cells"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise EmbeddingError(f"'{folder}' holds no large ground that this version can read ({error}).") from None
+    graph = load_motion_graph(path / "graph.npz")
+    return Problem(path, graph, environment, EmbeddingSettings(FootprintSettings(**footprint)), plan)
+
+
+@lru_cache(maxsize=2)
+def open_network(folder: str, index: int) -> StepNetwork:
+    """The links of a parcel, kept by the worker that made them: the next task is often about the same one."""
+    return open_problem(folder).network(index)

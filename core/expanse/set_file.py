@@ -1,0 +1,63 @@
+"""Sets of nodes in files, written whole or not at all, and checked when read."""
+
+import os
+import struct
+import tempfile
+import zlib
+from pathlib import Path
+
+from ..errors import EmbeddingError
+
+_MAGIC = b"WFSET1\n\0"
+_HEAD = struct.Struct("<III")
+"""Planes, bytes in each, checksum of what follows."""
+
+_LEVEL = 1
+"""Of compression: the planes are half zeros, and the disk is not the bottleneck."""
+
+
+def write_set(path: Path, planes: list[int], plane_bytes: int) -> None:
+    """Write a set of nodes, given as planes of up to ``plane_bytes`` bytes each.
+
+    Raises EmbeddingError, naming the folder, if the disk is full or cannot be written.
+    """
+    packed = zlib.compress(b"".join(plane.to_bytes(plane_bytes, "little") for plane in planes), _LEVEL)
+    write_whole(path, _MAGIC + _HEAD.pack(len(planes), plane_bytes, zlib.crc32(packed)) + packed)
+
+
+def read_set(path: Path) -> list[int]:
+    """The planes of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise EmbeddingError(f"'{path}' cannot be read ({error.strerror}); run the embedding again.") from None
+    head = len(_MAGIC) + _HEAD.size
+    if len(raw) >= head and raw.startswith(_MAGIC):
+        n_planes, plane_bytes, checksum = _HEAD.unpack_from(raw, len(_MAGIC))
+        packed = memoryview(raw)[head:]
+        if zlib.crc32(packed) == checksum:
+            data = memoryview(zlib.decompress(packed))
+            return [
+                int.from_bytes(data[i : i + plane_bytes], "little")
+                for i in range(0, n_planes * plane_bytes, plane_bytes)
+            ]
+    raise EmbeddingError(f"'{path}' is damaged; delete it and run the embedding again.")
+
+
+def write_whole(path: Path, raw: bytes) -> None:
+    """Write a file so that whoever looks finds all of it or none; EmbeddingError if that cannot be done."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(raw)
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise EmbeddingError(
+            f"'{path}' cannot be written ({error.strerror}); free some space or choose another folder, and go on with "
+            "the same command."
+        ) from None

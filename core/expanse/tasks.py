@@ -1,0 +1,324 @@
+"""What a worker does with one parcel. Every task reads files, writes new ones and returns a few numbers.
+
+The first arguments of all of them are the problem's folder and the parcel's index.
+"""
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..embedding.component import largest_component_steps
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
+from ..embedding.unroll import unroll_steps
+from ..evaluation.variability import floor_variability
+from ..progress import finish
+from .problem import open_network, open_problem, planes_of, union_of_files
+from .set_file import write_whole
+
+#: Files of mail by the parcels that they are for.
+Mail = dict[int, list[str]]
+
+
+@dataclass(frozen=True)
+class Told:
+    """What came of a task: how many nodes it wrote, and what the neighbours have to know.
+
+    Attributes
+    ----------
+    n_nodes : int
+    mail : tuple of (parcel, path)
+    """
+
+    n_nodes: int
+    mail: tuple[tuple[int, str], ...] = ()
+
+
+def _own(folder: str, index: int, nodes: Nodes, network: StepNetwork) -> list[int]:
+    own = open_problem(folder).own(index)
+    return [plane & own for plane in planes_of(network, nodes)]
+
+
+def _everywhere(folder: str, index: int) -> list[int]:
+    """All nodes on a parcel's own cells."""
+    problem = open_problem(folder)
+    return [problem.own(index)] * problem.n_planes
+
+
+def _beyond(folder: str, index: int) -> list[int]:
+    """All nodes in a parcel's halo."""
+    problem = open_problem(folder)
+    return [problem.sweep.layout.ground ^ problem.own(index)] * problem.n_planes
+
+
+def _read(folder: str, index: int, name: str | None) -> list[int]:
+    return _everywhere(folder, index) if name is None else open_problem(folder).read(name, index)
+
+
+def _bits(planes: Sequence[int]) -> int:
+    return sum(plane.bit_count() for plane in planes)
+
+
+# --------------------------------------------------------------------------------------- one step forwards and back
+
+
+def send_image(folder: str, index: int, name: str | None, out: str) -> Told:
+    """Where links lead from a set (None for all nodes): kept as ``out`` in the own cells, told to the neighbours."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    image = planes_of(network, network.image(network.bundles(_read(folder, index, name))))
+    sent = problem.write_mail(out, index, image, to_own=True)
+    own = problem.own(index)
+    kept = [plane & own for plane in image]
+    problem.write(out, index, kept)
+    return Told(_bits(kept), tuple(sent.values()))
+
+
+def send_nodes(folder: str, index: int, name: str) -> Told:
+    """Tell the neighbours which nodes of a set lie in their frames."""
+    problem = open_problem(folder)
+    planes = problem.read(name, index)
+    return Told(_bits(planes), tuple(problem.write_mail(f"halo of {name}", index, planes, to_own=False).values()))
+
+
+def join_mail(folder: str, index: int, name: str, mail: Sequence[str], within: str | None, out: str) -> Told:
+    """A set with what the neighbours told about it, as far as it lies in another."""
+    problem = open_problem(folder)
+    planes = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    planes = intersection(planes, _read(folder, index, within))
+    problem.write(out, index, planes)
+    return Told(_bits(planes))
+
+
+def keep_able(folder: str, index: int, name: str, mail: Sequence[str], out: str) -> Told:
+    """The nodes of a set with a link to one of the set, here or in what the neighbours told of it."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    planes = problem.read(name, index)
+    able = network.preimage(network.bundles(union(planes, union_of_files(mail, problem.n_planes))))
+    kept = intersection(planes, planes_of(network, able))
+    problem.write(out, index, kept)
+    return Told(_bits(kept))
+
+
+def subtract(folder: str, index: int, name: str, other: str, out: str) -> Told:
+    """The nodes of a set that are not in ``other``, a subset of it."""
+    problem = open_problem(folder)
+    planes = difference(problem.read(name, index), problem.read(other, index))
+    problem.write(out, index, planes)
+    return Told(_bits(planes))
+
+
+# ------------------------------------------------------------------------------------------------------------ seeds
+
+
+def find_core(folder: str, index: int, within: str | None, out: str) -> Told:
+    """The largest strongly connected component of a parcel for itself."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    nodes = network.bundles(_read(folder, index, within))
+    core = planes_of(network, finish(largest_component_steps(network, within=nodes)))
+    problem.write(out, index, core)
+    return Told(_bits(core))
+
+
+def touch(folder: str, index: int, core: str, within: str | None, out: str) -> Told:
+    """Follow all links from a parcel's core; tell the neighbours where they are entered."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    seed = network.bundles(problem.read(core, index))
+    if not any(seed):
+        return Told(0)
+    around = union(_read(folder, index, within), _beyond(folder, index))
+    reached = finish(network.reached_from_steps(seed, network.bundles(around)))
+    sent = problem.write_mail(out, index, planes_of(network, reached), to_own=True)
+    return Told(count(reached), tuple(sent.values()))
+
+
+def touched(folder: str, index: int, core: str, within: str | None, mail: str) -> bool:
+    """Whether what a neighbour told leads into a parcel's core."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    arrived = intersection(union_of_files([mail], problem.n_planes), _read(folder, index, within))
+    seed = network.bundles(problem.read(core, index))
+    if not any(arrived) or not any(seed):
+        return False
+    if any(intersection(network.bundles(arrived), seed)):
+        return True
+    around = network.bundles(union(_read(folder, index, within), _beyond(folder, index)))
+    reached = finish(network.reached_from_steps(network.bundles(arrived), around))
+    return any(intersection(reached, seed))
+
+
+def clear(folder: str, index: int, out: str) -> Told:
+    """An empty set."""
+    problem = open_problem(folder)
+    problem.write(out, index, [0] * problem.n_planes)
+    return Told(0)
+
+
+def place_node(folder: str, index: int, within: str, out: str) -> Told:
+    """The set of one node of a parcel's nodes."""
+    problem = open_problem(folder)
+    planes = [0] * problem.n_planes
+    for i, plane in enumerate(problem.read(within, index)):
+        if plane:
+            planes[i] = plane & -plane
+            break
+    problem.write(out, index, planes)
+    return Told(_bits(planes))
+
+
+# --------------------------------------------------------------------------------------------------------- closures
+
+
+def go_on(folder: str, index: int, known: str | None, mail: Sequence[str], within: str | None, out: str) -> Told:
+    """Follow all links from what is new, inside a parcel, and tell the neighbours where it goes on.
+
+    ``known`` is what the parcel had reached before (None: nothing); ``mail`` what may be new. The first call of a
+    closure has no mail: there all of ``known`` is new.
+    """
+    problem, network = open_problem(folder), open_network(folder, index)
+    before, limits = _known(folder, index, known), _read(folder, index, within)
+    arrived = intersection(union_of_files(mail, problem.n_planes), limits) if mail else before
+    new = intersection(arrived, [~plane for plane in before]) if mail else before
+    if not any(new):
+        problem.write(out, index, before)
+        return Told(_bits(before))
+    left = difference(limits, before) if mail else limits
+    around = network.bundles(union(left, _beyond(folder, index)))
+    reached = planes_of(network, finish(network.reached_from_steps(network.bundles(new), around)))
+    sent = problem.write_mail(out, index, reached, to_own=True)
+    own = problem.own(index)
+    planes = union(before, [plane & own for plane in reached])
+    problem.write(out, index, planes)
+    return Told(_bits(planes), tuple(sent.values()))
+
+
+def go_back(folder: str, index: int, known: str | None, mail: Sequence[str], within: str | None, out: str) -> Told:
+    """As :func:`go_on`, against the links."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    before, limits = _known(folder, index, known), _read(folder, index, within)
+    # What the neighbours tell lies in the halo and is new to this parcel, whatever it knows of its own cells.
+    new = union_of_files(mail, problem.n_planes) if mail else before
+    if not any(new):
+        problem.write(out, index, before)
+        return Told(_bits(before))
+    left = difference(limits, before) if mail else limits
+    reaching = finish(network.reaching_steps(network.bundles(new), network.bundles(union(left, new))))
+    own = problem.own(index)
+    fresh = [plane & own for plane in planes_of(network, reaching)]
+    sent = problem.write_mail(out, index, fresh, to_own=False)
+    planes = union(before, fresh)
+    problem.write(out, index, planes)
+    return Told(_bits(planes), tuple(sent.values()))
+
+
+def _known(folder: str, index: int, known: str | None) -> list[int]:
+    problem = open_problem(folder)
+    return [0] * problem.n_planes if known is None else problem.read(known, index)
+
+
+# ---------------------------------------------------------------------------------------------------------- results
+
+
+def count_links(folder: str, index: int, name: str, mail: Sequence[str], enough: float = np.inf) -> int:
+    """Links between nodes of a set that start in a parcel."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    around = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    return network.count_links(network.bundles(around), enough)
+
+
+def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The nodes of a set on a parcel's own cells, and the links that start there, by numbers on the whole ground.
+
+    Returns (n,) nodes, (L,) starts and (L,) ends; the number of a node is (cell * n_headings + heading) * n_segments +
+    segment, its cell x * ny + y, so that numbers are in the order of x, y, heading, segment.
+    """
+    problem, network = open_problem(folder), open_network(folder, index)
+    plan, layout = problem.plan, problem.sweep.layout
+    parcel, (nx, ny, n_headings) = plan.parcels[index], plan.grid.shape
+    around = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    indices, starts, ends = network.links_within(network.bundles(around))
+    x, y = np.divmod(indices[:, 1], layout.ny)
+    own = plan.own_cells(index)[x, y]
+    x, y = (x - plan.halo_x + parcel.x0) % nx, (y - plan.halo_y + parcel.y0) % ny
+    segment, heading = np.divmod(indices[:, 0], n_headings)
+    number = ((x * ny + y) * n_headings + heading) * len(problem.graph.segments) + segment
+    return number[own], number[starts], number[ends]
+
+
+def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> Told:
+    """The set of the nodes with these numbers (those of :func:`written_out`) that lie on a parcel's own cells."""
+    problem, network = open_problem(folder), open_network(folder, index)
+    plan, n_segments = problem.plan, len(problem.graph.segments)
+    parcel, (_, ny, n_headings) = plan.parcels[index], plan.grid.shape
+    place, segment = np.divmod(numbers, n_segments)
+    cell, heading = np.divmod(place, n_headings)
+    x, y = cell // ny - parcel.x0, cell % ny - parcel.y0
+    mine = (x >= 0) & (x < parcel.nx) & (y >= 0) & (y < parcel.ny)
+    local = (x + plan.halo_x) * problem.sweep.layout.ny + y + plan.halo_y
+    nodes = network.nodes(np.column_stack([segment * n_headings + heading, local])[mine])
+    planes = planes_of(network, nodes)
+    problem.write(out, index, planes)
+    return Told(_bits(planes))
+
+
+def first_node(folder: str, index: int, name: str) -> int | None:
+    """The lowest number (see :func:`written_out`) of a node of a set in a parcel; None if it has none."""
+    problem = open_problem(folder)
+    plan, layout, n_segments = problem.plan, problem.sweep.layout, len(problem.graph.segments)
+    parcel, (_, ny, n_headings) = plan.parcels[index], plan.grid.shape
+    lowest = None
+    for i, plane in enumerate(problem.read(name, index)):
+        if plane:
+            x, y = divmod((plane & -plane).bit_length() - 1, layout.stride)
+            cell = (x - plan.halo_x + parcel.x0) * ny + y - plan.halo_y + parcel.y0
+            segment, heading = divmod(i, n_headings)
+            number = (cell * n_headings + heading) * n_segments + segment
+            lowest = number if lowest is None else min(lowest, number)
+    return lowest
+
+
+def write_maps(folder: str, index: int, name: str, mail: Sequence[str], out: str) -> tuple[int, int]:
+    """The floor maps of a parcel's own cells as ``out/<index>.npz``: ``coverage``, headings in which a cell can be
+    passed, and ``variability`` (paper, eq. 2, summed over headings). Returns how many cells are free, and covered.
+    """
+    problem = open_problem(folder)
+    plan, layout = problem.plan, problem.sweep.layout
+    planes = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    # Nodes in the halo have links too; what these pass lies within twice the halo.
+    wide = plan.crop(problem.environment, index, margin=2)
+    sweep = _wide_sweep(folder, wide.grid.shape[:2])
+    unrolling = finish(unroll_steps(sweep, wide))
+    pad = ((plan.halo_x,) * 2, (plan.halo_y,) * 2)
+    widened = tuple(sweep.layout.pack(np.pad(layout.unpack(plane), pad)) if plane else 0 for plane in planes)
+    embedding = Embedding(problem.graph, wide, problem.settings, unrolling, widened)
+    parcel = plan.parcels[index]
+    own = (
+        slice(2 * plan.halo_x, 2 * plan.halo_x + parcel.nx),
+        slice(2 * plan.halo_y, 2 * plan.halo_y + parcel.ny),
+    )
+    covered, free = embedding.covered()[own].sum(axis=2).astype(np.uint16), wide.free_cells()[own]
+    variability = floor_variability(embedding)[own]
+    path = problem.folder / out / f"{index}.npz"
+    write_arrays(path, coverage=covered, variability=variability, free=free, corner=np.array([parcel.x0, parcel.y0]))
+    return int(free.sum()), int(np.count_nonzero((covered > 0) & free))
+
+
+def _wide_sweep(folder: str, cells: tuple[int, int]):
+    sweep = open_problem(folder).sweep
+    return replace(sweep, **_moved_shifts(sweep, cells))
+
+
+def _moved_shifts(sweep, cells: tuple[int, int]) -> dict:
+    """The same paths on a larger ground: shifts depend on how long its rows are."""
+    old, layout = sweep.layout, replace(sweep.layout, nx=cells[0], ny=cells[1])
+    shift = np.array(sweep.shift, dtype=int)
+    dx = np.floor_divide(shift + old.reach_y, old.stride)
+    return {"layout": layout, "shift": layout.shift(dx, shift - dx * old.stride).tolist()}
+
+
+def write_arrays(path: Path, **arrays: np.ndarray) -> None:
+    """Write an .npz, whole or not at all."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    write_whole(path, buffer.getvalue())

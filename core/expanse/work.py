@@ -1,0 +1,184 @@
+"""Handing out tasks: phase after phase, with a journal of what is done, so that whoever stops can go on."""
+
+import json
+import shutil
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..progress import Progress
+from .problem import Problem
+from .set_file import write_whole
+from .tasks import Mail, Told
+
+_WAIT = 0.2
+"""Seconds between two reports of progress while no task ends."""
+
+
+class Serial(Executor):
+    """Runs every task at once, in this process."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What all parcels' tasks of a phase came to.
+
+    Attributes
+    ----------
+    n_nodes : list of int
+        Nodes that each parcel wrote.
+    mail : list of (parcel, path)
+        What the parcels told each other.
+    """
+
+    n_nodes: list[int]
+    mail: list[tuple[int, str]]
+
+    @property
+    def total(self) -> int:
+        return sum(self.n_nodes)
+
+    def post(self) -> Mail:
+        """The mail by the parcels that it is for."""
+        post: Mail = {}
+        for parcel, path in self.mail:
+            post.setdefault(parcel, []).append(path)
+        return post
+
+
+class Work:
+    """The phases of one problem, run by an executor.
+
+    Every phase has a name of its own; what it came to is written into a journal in the problem's folder. A phase that
+    the journal knows is not run again.
+    """
+
+    def __init__(self, problem: Problem, executor: Executor):
+        self.problem = problem
+        self._folder, self._executor = str(problem.folder), executor
+        self._journal_path = problem.folder / "journal.json"
+        self._journal: dict[str, Any] = {}
+        if self._journal_path.exists():
+            self._journal = json.loads(self._journal_path.read_bytes())
+        self.n_parcels = len(problem.plan.parcels)
+
+    def all_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, Phase]:
+        """One task for each parcel that returns :class:`Told`.
+
+        An argument that is a dict is looked up by the parcel: mail that is for it, () if there is none.
+        """
+        if name not in self._journal:
+            told: list[Told] = yield from self.results_steps(name, task, *arguments)
+            self._write(name, [[t.n_nodes for t in told], [m for t in told for m in t.mail]])
+        n_nodes, mail = self._journal[name]
+        return Phase(n_nodes, [(parcel, path) for parcel, path in mail])
+
+    def numbers_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, list]:
+        """As :meth:`all_steps`, for tasks that return what JSON can hold."""
+        if name not in self._journal:
+            self._write(name, (yield from self.results_steps(name, task, *arguments)))
+        return self._journal[name]
+
+    def results_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, list]:
+        """What the tasks return, in the order of the parcels; not written into the journal."""
+        futures = [self._submit(task, parcel, arguments) for parcel in range(self.n_parcels)]
+        yield from self._finish(name, futures)
+        return [future.result() for future in futures]
+
+    def chosen_steps(self, name: str, task: Callable, calls: Sequence[tuple]) -> Generator[Progress, None, list]:
+        """One task for each of the calls (parcel, further arguments ...), for what JSON can hold."""
+        if name not in self._journal:
+            futures = [self._submit(task, call[0], call[1:]) for call in calls]
+            yield from self._finish(name, futures)
+            self._write(name, [_plain(future.result()) for future in futures])
+        return self._journal[name]
+
+    def closure_steps(
+        self, task: Callable, seed: str, within: str | None, out: str
+    ) -> Generator[Progress, None, Phase]:
+        """Follow links on or back (``tasks.go_on`` or ``tasks.go_back``) from a set until nothing is new.
+
+        Parcels work whenever a neighbour has told them something; in which order does not matter.
+        """
+        if out in self._journal:
+            return Phase(self._journal[out], [])
+        version = [0] * self.n_parcels
+        n_nodes = [0] * self.n_parcels
+        inbox: Mail = {}
+        running: dict[Future, tuple[int, list[str]]] = {}
+
+        def start(parcel: int, known: str, mail: list[str]) -> None:
+            version[parcel] += 1
+            future = self._submit(task, parcel, (known, mail, within, f"{out}~{version[parcel]}"))
+            running[future] = parcel, mail
+
+        for parcel in range(self.n_parcels):
+            start(parcel, seed, [])
+        n_done = 0
+        while running:
+            done, _ = wait(list(running), timeout=_WAIT, return_when=FIRST_COMPLETED)
+            for future in done:
+                parcel, mail = running.pop(future)
+                told: Told = future.result()
+                n_done, n_nodes[parcel] = n_done + 1, told.n_nodes
+                for other, path in told.mail:
+                    inbox.setdefault(other, []).append(path)
+                for path in mail:
+                    Path(path).unlink(missing_ok=True)
+                if version[parcel] > 1:
+                    self.problem.set_path(f"{out}~{version[parcel] - 1}", parcel).unlink(missing_ok=True)
+            busy = {parcel for parcel, _ in running.values()}
+            for parcel in sorted(set(inbox) - busy):
+                start(parcel, f"{out}~{version[parcel]}", inbox.pop(parcel))
+            yield Progress(n_done / (n_done + len(running) + len(inbox)), f"{out}: {n_done} parcels visited")
+        for parcel in range(self.n_parcels):
+            final = self.problem.set_path(out, parcel)
+            final.parent.mkdir(parents=True, exist_ok=True)
+            self.problem.set_path(f"{out}~{version[parcel]}", parcel).replace(final)
+        self._write(out, n_nodes)
+        return Phase(n_nodes, [])
+
+    def forget(self, *kept: str) -> None:
+        """Delete all sets but those kept, and all mail."""
+        for folder in (self.problem.folder / "sets").iterdir():
+            if folder.name not in kept:
+                shutil.rmtree(folder)
+        shutil.rmtree(self.problem.folder / "mail", ignore_errors=True)
+
+    def known(self, name: str) -> Any | None:
+        """What the journal says of a phase; None if it has not been run."""
+        return self._journal.get(name)
+
+    def record(self, name: str, result: Any) -> None:
+        """Write something of one's own into the journal."""
+        self._write(name, result)
+
+    def _submit(self, task: Callable, parcel: int, arguments: Sequence) -> Future:
+        values = [list(a.get(parcel, ())) if isinstance(a, dict) else a for a in arguments]
+        return self._executor.submit(task, self._folder, parcel, *values)
+
+    def _finish(self, name: str, futures: list[Future]) -> Generator[Progress, None, None]:
+        left = set(futures)
+        while left:
+            done, left = wait(left, timeout=_WAIT, return_when=FIRST_COMPLETED)
+            for future in done:
+                future.result()
+            yield Progress(1 - len(left) / max(len(futures), 1), name)
+
+    def _write(self, name: str, result: Any) -> None:
+        self._journal[name] = result
+        write_whole(self._journal_path, json.dumps(self._journal).encode())
+
+
+def _plain(result: Any) -> Any:
+    return result.n_nodes if isinstance(result, Told) else result
