@@ -22,7 +22,7 @@ from ..errors import EmbeddingError
 from ..progress import Progress, finish
 from . import tasks
 from .problem import open_problem
-from .work import Serial, Work
+from .work import Phase, Serial, Work
 
 #: The set that holds the nodes of the embedding when all is done.
 NODES = "nodes"
@@ -74,7 +74,7 @@ def embed_expanse_steps(
         if found is None:
             yield from work.all_steps(NODES, tasks.clear, NODES)
         else:
-            yield from work.all_steps(NODES, tasks.join_mail, found, {}, None, NODES)
+            yield from work.all_steps(NODES, tasks.keep, found, NODES)
         work.record("done", True)
     halo = yield from work.all_steps("halo of nodes", tasks.send_nodes, NODES)
     links = yield from work.numbers_steps("links", tasks.count_links, NODES, halo.post())
@@ -92,30 +92,28 @@ def embed_expanse_steps(
 def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, None, str | None]:
     """The name of the set with the largest strongly connected component; None if no node lies on a cycle."""
     number = numbers()
+    # Turn 0 searches everything, and need not know what that is: only how much of it is left over.
     image = yield from work.all_steps("image", tasks.send_image, None, "image")
-    everything = yield from work.all_steps("everything", tasks.join_mail, "image", image.post(), None, "everything")
+    everything = yield from work.all_steps("everything", tasks.join_mail, "image", image.post(), None, None)
     best, best_size = None, 0
-    rests: list[tuple[int, str]] = [(everything.total, "everything")]
+    rests: list[tuple[int, str | None, str | None]] = [(everything.total, None, None)]
     while rests:
-        rests.sort()
-        left, nodes = rests.pop()
+        rests.sort(key=lambda rest: rest[0])
+        left, whole, part = rests.pop()
         if left < max(best_size, 1):
             break
-        turn = next(number)
+        turn, nodes = next(number), whole
         if turn > 0:
+            nodes = yield from _rest(work, f"rest {turn}", image, whole, part)
             left, nodes = yield from _trimmed(work, f"rest {turn}", nodes, left, max(best_size, 1))
             if left < max(best_size, 1):
                 continue
-        if turn == 0 or not (yield from _is_small(work, nodes, f"rest {turn}", explicit_links)):
-            seed = yield from _seed(work, nodes, f"seed {turn}")
-            yield from work.closure_steps(tasks.go_on, seed, nodes, f"reached {turn}")
+        if nodes is None or not (yield from _is_small(work, nodes, f"rest {turn}", explicit_links)):
+            seed = yield from _seed(work, image, nodes, f"seed {turn}")
+            reached = yield from work.closure_steps(tasks.go_on, seed, nodes, f"reached {turn}")
             found = yield from work.closure_steps(tasks.go_back, seed, f"reached {turn}", f"component {turn}")
-            for name, whole, part in (
-                (f"ahead {turn}", f"reached {turn}", f"component {turn}"),
-                (f"aside {turn}", nodes, f"reached {turn}"),
-            ):
-                rest = yield from work.all_steps(name, tasks.subtract, whole, part, name)
-                rests.append((rest.total, name))
+            rests.append((reached.total - found.total, f"reached {turn}", f"component {turn}"))
+            rests.append((left - reached.total, nodes, f"reached {turn}"))
         else:
             found = yield from _largest_written_out(work, nodes, f"component {turn}")
         size = found.total
@@ -127,6 +125,17 @@ def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, N
             if better:
                 best, best_size = f"component {turn}", size
     return best
+
+
+def _rest(work: Work, name: str, image: Phase, whole: str | None, part: str | None) -> Generator[Progress, None, str]:
+    """What is left of a set, None for everything that any link leads to, without a part of it."""
+    if whole is None:
+        whole = "everything"
+        yield from work.all_steps("everything written", tasks.join_mail, "image", image.post(), None, whole)
+    if part is None:
+        return whole
+    yield from work.all_steps(name, tasks.subtract, whole, part, name)
+    return name
 
 
 def _trimmed(work: Work, name: str, nodes: str, left: int, enough: int) -> Generator[Progress, None, tuple[int, str]]:
@@ -149,7 +158,7 @@ def _is_small(work: Work, nodes: str, name: str, explicit_links: int) -> Generat
     return sum(counts) <= explicit_links
 
 
-def _seed(work: Work, nodes: str, name: str) -> Generator[Progress, None, str]:
+def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[Progress, None, str]:
     """A set of nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node."""
     cores = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
     told = yield from work.all_steps(f"{name} touch", tasks.touch, f"{name} cores", nodes, f"{name} touch")
@@ -160,6 +169,8 @@ def _seed(work: Work, nodes: str, name: str) -> Generator[Progress, None, str]:
     size = np.array(cores.n_nodes)
     if not size.any():
         # No parcel has a cycle within itself: whatever there is runs through several.
+        if nodes is None:
+            nodes = yield from _rest(work, name, image, None, None)
         where = yield from work.numbers_steps(f"{name} first", tasks.first_node, nodes)
         chosen = [min((n, parcel) for parcel, n in enumerate(where) if n is not None)[1]]
         task = tasks.place_node

@@ -72,8 +72,8 @@ class Problem:
         """The planes of a set in a parcel, its own cells only."""
         return read_set(self.set_path(name, index))
 
-    def write(self, name: str, index: int, planes: list[int]) -> None:
-        write_set(self.set_path(name, index), planes, self.plane_bytes)
+    def write(self, name: str, index: int, planes: list[int], lasting: bool = False) -> None:
+        write_set(self.set_path(name, index), planes, self.plane_bytes, lasting)
 
     def write_mail(self, name: str, sender: int, planes: list[int], to_own: bool) -> dict[int, tuple[int, str]]:
         """Tell all neighbours what concerns them: what of the planes lies in their own cells, or in all their frame.

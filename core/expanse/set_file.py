@@ -12,16 +12,18 @@ _MAGIC = b"WFSET1\n\0"
 _HEAD = struct.Struct("<III")
 """Planes, bytes in each, checksum of what follows."""
 
-_LEVEL = 1
-"""Of compression: the planes are half zeros, and the disk is not the bottleneck."""
+_SPARSE = 0.1
+"""Sets with fewer bits than this share are packed as they are written: packing full ones takes longer than the work."""
 
 
-def write_set(path: Path, planes: list[int], plane_bytes: int) -> None:
-    """Write a set of nodes, given as planes of up to ``plane_bytes`` bytes each.
+def write_set(path: Path, planes: list[int], plane_bytes: int, lasting: bool = False) -> None:
+    """Write a set of nodes, given as planes of up to ``plane_bytes`` bytes each; ``lasting`` ones as small as can be.
 
     Raises EmbeddingError, naming the folder, if the disk is full or cannot be written.
     """
-    packed = zlib.compress(b"".join(plane.to_bytes(plane_bytes, "little") for plane in planes), _LEVEL)
+    raw = b"".join(plane.to_bytes(plane_bytes, "little") for plane in planes)
+    is_sparse = sum(plane.bit_count() for plane in planes) < _SPARSE * 8 * len(raw)
+    packed = zlib.compress(raw, 6 if lasting else int(is_sparse))
     write_whole(path, _MAGIC + _HEAD.pack(len(planes), plane_bytes, zlib.crc32(packed)) + packed)
 
 

@@ -83,12 +83,22 @@ def send_nodes(folder: str, index: int, name: str) -> Told:
     return Told(_bits(planes), tuple(problem.write_mail(f"halo of {name}", index, planes, to_own=False).values()))
 
 
-def join_mail(folder: str, index: int, name: str, mail: Sequence[str], within: str | None, out: str) -> Told:
-    """A set with what the neighbours told about it, as far as it lies in another."""
+def join_mail(folder: str, index: int, name: str, mail: Sequence[str], within: str | None, out: str | None) -> Told:
+    """A set with what the neighbours told about it, as far as it lies in another; only counted if ``out`` is None."""
     problem = open_problem(folder)
     planes = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
-    planes = intersection(planes, _read(folder, index, within))
-    problem.write(out, index, planes)
+    if within is not None:
+        planes = intersection(planes, problem.read(within, index))
+    if out is not None:
+        problem.write(out, index, planes)
+    return Told(_bits(planes))
+
+
+def keep(folder: str, index: int, name: str, out: str) -> Told:
+    """A copy of a set that takes little room."""
+    problem = open_problem(folder)
+    planes = problem.read(name, index)
+    problem.write(out, index, planes, lasting=True)
     return Told(_bits(planes))
 
 

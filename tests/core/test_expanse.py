@@ -67,7 +67,7 @@ def assembled_map(folder, name, shape):
     return found
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @example(4, True, 0)  # everything by closures, nothing written out
 @example(6, False, 20)  # what is left over is searched by closures first, then written out
 @given(st.integers(0, 10**6), st.booleans(), st.just(10**6))
