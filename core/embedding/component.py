@@ -10,6 +10,7 @@ A rest with few enough links is therefore written out and left to SciPy.
 """
 
 from collections.abc import Generator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -17,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..progress import Progress, portion
 from .network import Nodes, StepNetwork, count, difference, intersection
+from .plane_network import PlaneNetwork, Planes
 
 #: A rest with at most this many links is written out: some 100 MB at the most.
 EXPLICIT_LINKS = 4_000_000
@@ -34,24 +36,35 @@ def largest_component_steps(
     ``explicit_links`` links are written out; the result does not depend on it. Only nodes of ``within`` and the links
     between them take part, if it is given.
     """
+    planes = None if within is None else network.all_planes(within)
+    return network.bundles((yield from largest_planes_steps(network.by_plane, explicit_links, planes)))
+
+
+def largest_planes_steps(
+    network: PlaneNetwork, explicit_links: int = EXPLICIT_LINKS, within: Planes | None = None
+) -> Generator[Progress, None, Planes]:
+    """As :func:`largest_component_steps`, for sets of nodes that are kept in single planes."""
     everything = network.image(network.everything() if within is None else within)
     if within is not None:
         everything = intersection(everything, within)
     best, best_size, fraction = [0] * len(everything), 0, 0.0
     total = count(everything)
-    rests = [(total, everything)]
+    # Nodes that are still to be searched, and where most of them have a dead end: ahead of them, or behind.
+    rests = [_Rest(total, everything, ends_ahead=True)]
     while rests:
-        rests.sort(key=lambda rest: rest[0])
-        left, nodes = rests.pop()
-        if left < max(best_size, 1):
+        rests.sort(key=lambda rest: rest.size)
+        rest = rests.pop()
+        nodes = rest.nodes
+        if rest.size < max(best_size, 1):
             break
         yield Progress(fraction, "Finding the largest strongly connected component")
-        if len(rests) > 0 or best_size:
-            nodes = _trimmed(network, nodes, max(best_size, 1))
+        # What pruning leaves is full of dead ends, where a pivot would be lost.
+        if within is not None or len(rests) > 0 or best_size:
+            nodes = _trimmed(network, rest, max(best_size, 1))
             if count(nodes) < max(best_size, 1):
                 continue
             yield Progress(fraction, "Finding the largest strongly connected component")
-        if left < total and network.count_links(nodes, explicit_links) <= explicit_links:
+        if rest.size < total and network.count_links(nodes, explicit_links) <= explicit_links:
             component = _largest_written_out(network, nodes)
         else:
             pivot = _pivot(network, nodes)
@@ -61,8 +74,9 @@ def largest_component_steps(
             reached = yield from portion(network.reached_from_steps(pivot, nodes), fraction, middle)
             component = yield from portion(network.reaching_steps(pivot, reached), middle, end)
             fraction = end
-            for rest in (difference(reached, component), difference(nodes, reached)):
-                rests.append((count(rest), rest))
+            downstream, elsewhere = difference(reached, component), difference(nodes, reached)
+            rests.append(_Rest(count(downstream), downstream, ends_ahead=True))
+            rests.append(_Rest(count(elsewhere), elsewhere, ends_ahead=False))
         size = count(component)
         if _has_cycle(network, component) and (
             size > best_size or (size == best_size and _first_node(network, component) < _first_node(network, best))
@@ -71,17 +85,39 @@ def largest_component_steps(
     return best
 
 
-def _trimmed(network: StepNetwork, nodes: Nodes, enough: int) -> Nodes:
-    """``nodes`` without most of its loose ends; the work ends when fewer than ``enough`` are left."""
-    left = count(nodes)
+@dataclass(frozen=True)
+class _Rest:
+    """Nodes that are still to be searched.
+
+    Attributes
+    ----------
+    size : int
+    nodes : Planes
+    ends_ahead : bool
+        Whether most of their dead ends lie ahead, where nothing leads on, or behind, where nothing leads to.
+    """
+
+    size: int
+    nodes: Planes
+    ends_ahead: bool
+
+
+def _trimmed(network: PlaneNetwork, rest: _Rest, enough: int) -> Planes:
+    """A rest without most of its loose ends; the work ends when fewer than ``enough`` nodes are left."""
+    nodes, left = rest.nodes, rest.size
+    leading, led_to = network.preimage, network.image
     while True:
-        nodes = network.trim(nodes)
-        before, left = left, count(nodes)
-        if left < enough or left > before * (1 - WORTHWHILE_TRIM):
+        before = left
+        for kept in (leading, led_to) if rest.ends_ahead else (led_to, leading):
+            nodes = intersection(nodes, kept(nodes))
+            left = count(nodes)
+            if left < enough:
+                return nodes
+        if left > before * (1 - WORTHWHILE_TRIM):
             return nodes
 
 
-def _largest_written_out(network: StepNetwork, nodes: Nodes) -> Nodes:
+def _largest_written_out(network: PlaneNetwork, nodes: Planes) -> Planes:
     """The largest component inside ``nodes``, by SciPy on explicit links; all 0 if no node lies on a cycle."""
     indices, starts, ends = network.links_within(nodes)
     matrix = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(indices),) * 2)
@@ -100,42 +136,38 @@ def _largest_written_out(network: StepNetwork, nodes: Nodes) -> Nodes:
     return network.nodes(indices[label == label[first]])
 
 
-def _pivot(network: StepNetwork, nodes: Nodes) -> Nodes:
+def _pivot(network: PlaneNetwork, nodes: Planes) -> Planes:
     """A single node that is likely to lie in the largest component of ``nodes``.
 
     Of the segment with the most ways in and out: in a heading and on a cell that many other segments share, in the
     middle of all such cells, far from the dead ends along the walls.
     """
-    n_blocks = network.n_blocks
+    n_headings = network.n_headings
+    by_segment = [nodes[first : first + n_headings] for first in range(0, len(nodes), n_headings)]
     degree = [len(parents) * len(children) for parents, children in zip(network.parents, network.children, strict=True)]
     order = sorted(
-        (index for index, bundle in enumerate(nodes) if bundle),
-        key=lambda index: (-degree[index // n_blocks] * nodes[index].bit_count(), index),
+        (segment for segment, planes in enumerate(by_segment) if any(planes)),
+        key=lambda segment: (-degree[segment] * count(by_segment[segment]), segment),
     )
-    segment, block = divmod(order[0], n_blocks)
-    shared = nodes[order[0]]
-    for index in order[1:]:
-        if index % n_blocks == block:
-            shared = (shared & nodes[index]) or shared
-    planes = network.planes(shared)
-    place = max(range(len(planes)), key=lambda k: planes[k].bit_count())
-    cells = network.layout.cells(planes[place])
+    shared = by_segment[order[0]]
+    for segment in order[1:]:
+        both = intersection(shared, by_segment[segment])
+        shared = both if any(both) else shared
+    heading = max(range(n_headings), key=lambda k: shared[k].bit_count())
+    cells = network.layout.cells(shared[heading])
     x, y = cells[np.argmin(np.square(cells - cells.mean(axis=0)).sum(axis=1))].tolist()
-    return network.node(segment, block * network.bundled + place, x, y)
+    return network.nodes(np.array([[order[0] * n_headings + heading, x * network.layout.ny + y]]))
 
 
-def _has_cycle(network: StepNetwork, component: Nodes) -> bool:
+def _has_cycle(network: PlaneNetwork, component: Planes) -> bool:
     """Whether a strongly connected set is more than one node that no link joins to itself."""
     return count(component) > 1 or any(intersection(component, network.image(component)))
 
 
-def _first_node(network: StepNetwork, nodes: Nodes) -> tuple[int, int, int]:
+def _first_node(network: PlaneNetwork, nodes: Planes) -> tuple[int, int, int]:
     """(bit of the cell, heading, segment) of the lowest node of a set, in order of x, y, heading, segment."""
-    bundled, n_blocks = network.bundled, network.n_blocks
     return min(
-        ((plane & -plane).bit_length(), index % n_blocks * bundled + place, index // n_blocks)
-        for index, bundle in enumerate(nodes)
-        if bundle
-        for place, plane in enumerate(network.planes(bundle))
+        ((plane & -plane).bit_length(), index % network.n_headings, index // network.n_headings)
+        for index, plane in enumerate(nodes)
         if plane
     )

@@ -1,38 +1,26 @@
 """The embedding: the motion graph unrolled into the grid and reduced to its largest strongly connected component."""
 
+import os
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
+from ..archive import archive_to_bytes, save_archive
 from ..environment.environment import Environment
 from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
-from .component import largest_component_steps
-from .footprint import FootprintSettings
+from .component import largest_component_steps, largest_planes_steps
 from .network import Nodes, StepNetwork, intersection
+from .parts import EMBEDDING_FORMAT, Parts, parts_to_arrays
+from .settings import EmbeddingSettings
 from .stencil import build_stencils
 from .sweep import sweep_steps
 from .unroll import Unrolling, unroll_steps
-
-
-@dataclass(frozen=True)
-class EmbeddingSettings:
-    """How the motion graph is unrolled.
-
-    Attributes
-    ----------
-    footprint : FootprintSettings
-    memory_limit : float
-        Bytes that the embedding's planes may take; above it ``embed`` refuses before it starts.
-    """
-
-    footprint: FootprintSettings = field(default_factory=FootprintSettings)
-    memory_limit: float = 4e9
 
 
 @dataclass(frozen=True)
@@ -55,6 +43,15 @@ class Embedding:
     settings: EmbeddingSettings
     unrolling: Unrolling
     planes: tuple[int, ...]
+
+    @property
+    def parts(self) -> Parts:
+        """Everything that the embedding consists of, in the order in which it is put together."""
+        return self.graph, self.environment, self.settings, self.unrolling, self.planes
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write everything to an .npz file, for :func:`.archive.load_embedding`; EmbeddingError if it fails."""
+        save_archive(path, archive_to_bytes(EMBEDDING_FORMAT, *parts_to_arrays(*self.parts)), EMBEDDING_FORMAT)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -90,7 +87,7 @@ class Embedding:
             covered[:, :, heading] = self.unrolling.layout.unpack(shared)
         return covered
 
-    def _able_starts(self) -> Iterator[int]:
+    def able_starts(self) -> Iterator[int]:
         """For each stencil, the plane of start cells from which it leads to a node of the embedding."""
         layout, stencils = self.unrolling.layout, self.unrolling.stencils
         arrivals = (stencils.segment * stencils.n_headings + stencils.destination_heading).tolist()
@@ -154,7 +151,7 @@ class Embedding:
     def _out_degree_by_plane(self) -> np.ndarray:
         landing = np.zeros(self._mask_by_plane.shape, dtype=np.int32)
         starts, _ = self._stencil_planes
-        for start, able in zip(starts.tolist(), self._able_starts(), strict=True):
+        for start, able in zip(starts.tolist(), self.able_starts(), strict=True):
             if able:
                 landing[start] += self.unrolling.layout.unpack(able)
         return self._over_links(self._adjacency, landing) * self._mask_by_plane
@@ -238,9 +235,10 @@ def embed_steps(
     if previous is not None and unrolling.valid == previous.unrolling.valid:
         return Embedding(graph, environment, settings, unrolling, previous.planes)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
-    nodes = yield from portion(largest_component_steps(network), 0.5, 1.0)
-    planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
-    return Embedding(graph, environment, settings, unrolling, planes)
+    planes = yield from portion(largest_planes_steps(network.by_plane), 0.5, 1.0)
+    embedding = Embedding(graph, environment, settings, unrolling, tuple(planes))
+    embedding.__dict__.update(network=network)
+    return embedding
 
 
 def embed(
@@ -267,15 +265,20 @@ def embed(
     return finish(embed_steps(graph, environment, settings, previous))
 
 
+def with_nodes(embedding: Embedding, nodes: Nodes) -> Embedding:
+    """The embedding with other ``nodes`` of its network, which must be strongly connected: nothing is checked."""
+    planes = tuple(plane for bundle in nodes for plane in embedding.network.planes(bundle))
+    replaced = replace(embedding, planes=planes)
+    # The links are those of the same network: only the nodes are others.
+    replaced.__dict__.update(network=embedding.network, nodes=nodes)
+    return replaced
+
+
 def restrict_steps(embedding: Embedding, nodes: Nodes) -> Generator[Progress, None, Embedding]:
     """As :func:`restrict`, as a generator that yields progress."""
     network = embedding.network
     kept = yield from largest_component_steps(network, within=intersection(nodes, embedding.nodes))
-    planes = tuple(plane for bundle in kept for plane in network.planes(bundle))
-    restricted = replace(embedding, planes=planes)
-    # The links are those of the same network: only nodes are gone.
-    restricted.__dict__.update(network=network, nodes=kept)
-    return restricted
+    return with_nodes(embedding, kept)
 
 
 def restrict(embedding: Embedding, nodes: Nodes) -> Embedding:

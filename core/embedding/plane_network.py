@@ -1,0 +1,332 @@
+"""The one-step links of an unrolled motion graph as moves of bit-planes, and what they lead to.
+
+Nodes are (cell, heading, segment). A set of nodes is a list of planes, one for each segment and heading. A link's
+validity depends on the cell it starts from and on the segment that is played, not on the one before. The *starts* of a
+segment are therefore the arrivals of all its parents, ORed. Segments with the same parents share their starts (a
+*fork*), and parents with the same children are ORed only once (a *merge*): cutting makes many of both, because segments
+that end in alike poses can all go on in the same ways.
+"""
+
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ..progress import Progress
+from .unroll import Unrolling
+
+#: A set of nodes: planes, indexed segment * n_headings + heading.
+Planes = list[int]
+
+#: Ways from one plane into another: by how many bits, and from which cells.
+Ways = list[tuple[int, int]]
+
+
+class PlaneNetwork:
+    """The one-step links of an unrolling, forwards and backwards.
+
+    Parameters
+    ----------
+    unrolling : Unrolling
+    links : (L, 2) int array
+        Links of the motion graph.
+    n_segments : int
+    """
+
+    def __init__(self, unrolling: Unrolling, links: np.ndarray, n_segments: int):
+        stencils = unrolling.stencils
+        self.layout = unrolling.layout
+        self.n_headings = stencils.n_headings
+        self.n_segments = n_segments
+
+        follows = np.zeros((n_segments, n_segments), dtype=bool)
+        follows[links[:, 0], links[:, 1]] = True
+        self.children = [np.flatnonzero(row).tolist() for row in follows]
+        self.parents = [np.flatnonzero(column).tolist() for column in follows.T]
+        # merge_of[segment], fork_of[segment]: segments with the same children, and with the same parents.
+        rows, self.merge_of = _groups(follows)
+        columns, self.fork_of = _groups(follows.T)
+        between = follows[np.ix_(rows, columns)]
+        self.forks_after = [np.flatnonzero(row).tolist() for row in between]
+        self.merges_before = [np.flatnonzero(column).tolist() for column in between.T]
+        self.members_of_merge = _members(self.merge_of, len(rows))
+        self.members_of_fork = _members(self.fork_of, len(columns))
+
+        # leaving[plane]: the destination headings of its segment from its heading, and the ways there; entering[plane]:
+        # the start headings from which its segment ends in its heading, and the same ways.
+        leaving: list[dict[int, Ways]] = [{} for _ in range(n_segments * self.n_headings)]
+        entering: list[dict[int, Ways]] = [{} for _ in range(n_segments * self.n_headings)]
+        rows = zip(
+            (stencils.segment * self.n_headings).tolist(),
+            stencils.heading.tolist(),
+            stencils.destination_heading.tolist(),
+            self.layout.shift(stencils.dx, stencils.dy).tolist(),
+            unrolling.valid,
+            strict=True,
+        )
+        for first, heading, turned, shift, valid in rows:
+            if valid:
+                leaving[first + heading].setdefault(turned, []).append((shift, valid))
+                entering[first + turned].setdefault(heading, []).append((shift, valid))
+        self.leaving = [list(ways.items()) for ways in leaving]
+        self.entering = [list(ways.items()) for ways in entering]
+
+    def nodes(self, indices: np.ndarray) -> Planes:
+        """The set of the nodes (n, 2): plane (segment * n_headings + heading) and cell (x * ny + y)."""
+        nx, ny = self.layout.nx, self.layout.ny
+        planes = [0] * (self.n_segments * self.n_headings)
+        order = np.argsort(indices[:, 0], kind="stable")
+        plane, first = np.unique(indices[order, 0], return_index=True)
+        for index, cells in zip(plane.tolist(), np.split(indices[order, 1], first)[1:], strict=True):
+            mask = np.zeros(nx * ny, dtype=bool)
+            mask[cells] = True
+            planes[index] = self.layout.pack(mask.reshape(nx, ny))
+        return planes
+
+    def everything(self) -> Planes:
+        """The set of all cells, headings and segments."""
+        return [self.layout.ground] * (self.n_segments * self.n_headings)
+
+    def arrivals(self, segment: int, starts: Mapping[int, int]) -> Planes:
+        """For each heading, the plane of where ``segment`` can end when it is played from ``starts``, by heading."""
+        landed = [0] * self.n_headings
+        for heading, plane in starts.items():
+            for turned, ways in self.leaving[segment * self.n_headings + heading]:
+                landed[turned] |= _played(plane, ways)
+        return [self.layout.fold(plane) for plane in landed]
+
+    def playable(self, segment: int, ends: Mapping[int, int]) -> Planes:
+        """For each heading, the plane of the starts from which ``segment`` can end in ``ends``, by heading."""
+        able = [0] * self.n_headings
+        for turned, plane in ends.items():
+            there = self.layout.extend(plane)
+            for heading, ways in self.entering[segment * self.n_headings + turned]:
+                able[heading] |= _playable(there, ways)
+        return able
+
+    def image(self, nodes: Planes) -> Planes:
+        """All nodes that one link leads to from ``nodes``."""
+        n_headings = self.n_headings
+        merged = self._merged(nodes)
+        image = [0] * len(nodes)
+        for members, merges in zip(self.members_of_fork, self.merges_before, strict=True):
+            for heading in range(n_headings):
+                starts = _union(merged[merge * n_headings + heading] for merge in merges)
+                if starts:
+                    for segment in members:
+                        for turned, ways in self.leaving[segment * n_headings + heading]:
+                            image[segment * n_headings + turned] |= _played(starts, ways)
+        return [self.layout.fold(plane) for plane in image]
+
+    def preimage(self, nodes: Planes) -> Planes:
+        """All nodes with a link that leads to one of ``nodes``."""
+        n_headings = self.n_headings
+        able = [0] * (len(self.members_of_fork) * n_headings)
+        for index, ends in enumerate(nodes):
+            if ends:
+                ends = self.layout.extend(ends)
+                first = self.fork_of[index // n_headings] * n_headings
+                for heading, ways in self.entering[index]:
+                    able[first + heading] |= _playable(ends, ways)
+        merged = [
+            _union(able[fork * n_headings + heading] for fork in after)
+            for after in self.forks_after
+            for heading in range(n_headings)
+        ]
+        return [merged[merge * n_headings + heading] for merge in self.merge_of for heading in range(n_headings)]
+
+    def reached_from_steps(self, seed: Planes, within: Planes) -> Generator[Progress, None, Planes]:
+        """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.
+
+        Round after round, each fork plays the starts that have come up since its last turn: later forks of a round
+        already see what earlier ones reached. Yields progress before every round.
+        """
+        n_headings, fold, tiled = self.n_headings, self.layout.fold, self.layout.tiled
+        unreached = [inside ^ start for inside, start in zip(within, seed, strict=True)]
+        unplayed = [self.layout.ground] * (len(self.members_of_fork) * n_headings)
+        reached = self._merged(seed)
+        asks = [sum(1 << merge for merge in merges) for merges in self.merges_before]
+        # For each heading the merges, as bits, that have been reached in more cells: in this round, and in the last.
+        grown = self._present(reached)
+        n_rounds = 0
+        while any(grown):
+            n_rounds += 1
+            yield self._progress(n_rounds)
+            before, grown = grown, [0] * n_headings
+            for fork, (members, merges, ask) in enumerate(
+                zip(self.members_of_fork, self.merges_before, asks, strict=True)
+            ):
+                for heading in range(n_headings):
+                    if not (before[heading] | grown[heading]) & ask:
+                        continue
+                    starts = 0
+                    for merge in merges:
+                        starts |= reached[merge * n_headings + heading]
+                    starts &= unplayed[fork * n_headings + heading]
+                    if not starts:
+                        continue
+                    unplayed[fork * n_headings + heading] ^= starts
+                    for segment in members:
+                        merge = self.merge_of[segment]
+                        for turned, ways in self.leaving[segment * n_headings + heading]:
+                            arrived = _played(starts, ways)
+                            if tiled:
+                                arrived = fold(arrived)
+                            fresh = arrived & unreached[segment * n_headings + turned]
+                            if fresh:
+                                unreached[segment * n_headings + turned] ^= fresh
+                                reached[merge * n_headings + turned] |= fresh
+                                grown[turned] |= 1 << merge
+        return [inside ^ left for inside, left in zip(within, unreached, strict=True)]
+
+    def reaching_steps(self, seed: Planes, within: Planes) -> Generator[Progress, None, Planes]:
+        """``seed``, a subset of ``within``, and all nodes from which links lead to it inside ``within``."""
+        n_headings, layout = self.n_headings, self.layout
+        unreached = [inside ^ start for inside, start in zip(within, seed, strict=True)]
+        unmerged = [layout.ground] * (len(self.members_of_merge) * n_headings)
+        able = [0] * (len(self.members_of_fork) * n_headings)
+        asks = [sum(1 << fork for fork in forks) for forks in self.forks_after]
+        # For each heading the forks, as bits, that have become able in more cells: in this round, and in the last.
+        grown = [0] * n_headings
+
+        def reach(segment: int, heading: int, ends: int, grown: list[int]) -> None:
+            fork, ends = self.fork_of[segment], layout.extend(ends)
+            for start_heading, ways in self.entering[segment * n_headings + heading]:
+                start = fork * n_headings + start_heading
+                more = able[start] | _playable(ends, ways)
+                if more != able[start]:
+                    able[start] = more
+                    grown[start_heading] |= 1 << fork
+
+        for index, ends in enumerate(seed):
+            if ends:
+                reach(*divmod(index, n_headings), ends, grown)
+        n_rounds = 0
+        while any(grown):
+            n_rounds += 1
+            yield self._progress(n_rounds)
+            before, grown = grown, [0] * n_headings
+            # Segments follow their clips in ascending order; backwards, those that follow come first.
+            for merge in range(len(asks) - 1, -1, -1):
+                for heading in range(n_headings):
+                    if not (before[heading] | grown[heading]) & asks[merge]:
+                        continue
+                    merged = 0
+                    for fork in self.forks_after[merge]:
+                        merged |= able[fork * n_headings + heading]
+                    merged &= unmerged[merge * n_headings + heading]
+                    if not merged:
+                        continue
+                    unmerged[merge * n_headings + heading] ^= merged
+                    for segment in self.members_of_merge[merge]:
+                        fresh = merged & unreached[segment * n_headings + heading]
+                        if fresh:
+                            unreached[segment * n_headings + heading] ^= fresh
+                            reach(segment, heading, fresh, grown)
+        return [inside ^ left for inside, left in zip(within, unreached, strict=True)]
+
+    def moves_within(self, nodes: Sequence[int]) -> Iterator[tuple[int, int, int, int, int]]:
+        """For each stencil that leads to one of ``nodes``: segment, start heading, destination heading, shift and the
+        plane of cells from which it does."""
+        for index, leaving in enumerate(self.leaving):
+            segment, heading = divmod(index, self.n_headings)
+            for turned, ways in leaving:
+                there = self.layout.extend(nodes[segment * self.n_headings + turned])
+                for shift, valid in ways:
+                    able = valid & (there >> shift if shift >= 0 else there << -shift)
+                    if able:
+                        yield segment, heading, turned, shift, able
+
+    def count_links(self, nodes: Sequence[int], enough: float = np.inf) -> int:
+        """Number of links between nodes of a set; counting ends early once there are more than ``enough``."""
+        n_links = 0
+        for segment, heading, _, _, able in self.moves_within(nodes):
+            for parent in self.parents[segment]:
+                n_links += (nodes[parent * self.n_headings + heading] & able).bit_count()
+            if n_links > enough:
+                break
+        return n_links
+
+    def links_within(self, nodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The nodes of a set and the links between them, written out.
+
+        Returns
+        -------
+        indices : (n, 2) int array, plane (segment * n_headings + heading) and cell (x * ny + y) of each node, ascending
+        starts, ends : (L,) int arrays of rows of ``indices``
+        """
+        layout = self.layout
+        cells = [layout.flat_cells(plane) if plane else np.empty(0, dtype=int) for plane in nodes]
+        first = np.concatenate([[0], np.cumsum([len(c) for c in cells])])
+        starts, ends = [np.empty(0, dtype=int)], [np.empty(0, dtype=int)]
+        for segment, heading, turned, shift, able in self.moves_within(nodes):
+            arrival = segment * self.n_headings + turned
+            for parent in self.parents[segment]:
+                start = parent * self.n_headings + heading
+                moving = nodes[start] & able
+                if moving:
+                    leaving = layout.flat_cells(moving)
+                    arrived = layout.moved(leaving, shift)
+                    starts.append(first[start] + np.searchsorted(cells[start], leaving))
+                    ends.append(first[arrival] + np.searchsorted(cells[arrival], arrived))
+        plane = np.repeat(np.arange(len(nodes)), [len(c) for c in cells])
+        return np.column_stack([plane, np.concatenate(cells)]), np.concatenate(starts), np.concatenate(ends)
+
+    def _merged(self, nodes: Planes) -> Planes:
+        """For each merge and heading: where a set has a node of any of its segments."""
+        n_headings = self.n_headings
+        return [
+            _union(nodes[segment * n_headings + heading] for segment in members)
+            for members in self.members_of_merge
+            for heading in range(n_headings)
+        ]
+
+    def _present(self, planes: Planes) -> list[int]:
+        """For each heading the groups, as bits, of those whose planes are not empty."""
+        n_groups = len(planes) // self.n_headings
+        return [
+            sum(1 << group for group in range(n_groups) if planes[group * self.n_headings + heading])
+            for heading in range(self.n_headings)
+        ]
+
+    def _progress(self, n_rounds: int) -> Progress:
+        """How far a closure is: the ground is crossed in some rounds, and then corners are left."""
+        expected = (self.layout.nx + self.layout.ny) / max(self.layout.reach_x, self.layout.reach_y, 1)
+        return Progress(n_rounds / (n_rounds + expected), "Following links")
+
+
+def _played(starts: int, ways: Ways) -> int:
+    """Where ways lead from ``starts``; on a tiled ground, not folded yet."""
+    ends = 0
+    for shift, valid in ways:
+        moving = starts & valid
+        ends |= moving << shift if shift >= 0 else moving >> -shift
+    return ends
+
+
+def _playable(ends: int, ways: Ways) -> int:
+    """From where ways lead to ``ends``, which are extended on a tiled ground."""
+    starts = 0
+    for shift, valid in ways:
+        starts |= valid & (ends >> shift if shift >= 0 else ends << -shift)
+    return starts
+
+
+def _union(planes: Iterable[int]) -> int:
+    union = 0
+    for plane in planes:
+        union |= plane
+    return union
+
+
+def _groups(rows: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Index of the first row of each kind, ascending, and the kind of each row."""
+    _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))
+    return np.sort(first), rank[kind.ravel()].tolist()
+
+
+def _members(group_of: list[int], n_groups: int) -> list[list[int]]:
+    members: list[list[int]] = [[] for _ in range(n_groups)]
+    for member, group in enumerate(group_of):
+        members[group].append(member)
+    return members

@@ -1,0 +1,20 @@
+"""How a motion graph is unrolled into an environment: the settings of :mod:`.embedding`."""
+
+from dataclasses import dataclass, field
+
+from .footprint import FootprintSettings
+
+
+@dataclass(frozen=True)
+class EmbeddingSettings:
+    """How the motion graph is unrolled.
+
+    Attributes
+    ----------
+    footprint : FootprintSettings
+    memory_limit : float
+        Bytes that the embedding's planes may take; above it ``embed`` refuses before it starts.
+    """
+
+    footprint: FootprintSettings = field(default_factory=FootprintSettings)
+    memory_limit: float = 4e9
