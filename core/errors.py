@@ -22,3 +22,11 @@ class EmbeddingError(MotionGraphError):
 
 class WalkError(MotionGraphError):
     """No walk answers the request."""
+
+
+class TuningError(MotionGraphError):
+    """An embedding cannot be pruned as asked."""
+
+
+class EvaluationError(MotionGraphError):
+    """A question to an embedding has no answer: an empty goal, or nothing to measure."""

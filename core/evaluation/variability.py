@@ -1,13 +1,54 @@
-"""Variability and coverage (paper, section 4.1, equations 1 to 3)."""
+"""Variability and coverage (paper, section 4.1, equations 1 to 3).
+
+The numbers of ways are added up and multiplied on bit-planes (see :mod:`.tally`), one block of headings after the
+other: a ground of tens of millions of nodes takes about as much memory again as its embedding, not gigabytes.
+"""
+
+from collections.abc import Generator
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.network import StepNetwork
+from ..progress import Progress, finish
+from .degrees import Degrees
+from .tally import Columns, Tally, masked, product, sum_of_products
+
+_MESSAGE = "Counting ways"
 
 
 def segment_variability(embedding: Embedding) -> np.ndarray:
-    """(nx, ny, n_headings, n_segments) int64: in-degree x out-degree of every node (eq. 1); 0 where there is none."""
-    return embedding.in_degree().astype(np.int64) * embedding.out_degree()
+    """(nx, ny, n_headings, n_segments) int64: in-degree x out-degree of every node (eq. 1); 0 where there is none.
+
+    Eight bytes for each segment at each p: for small grounds. :func:`segment_variability_of` gives one segment.
+    """
+    dense = np.empty(embedding.shape, dtype=np.int64)
+    degrees = Degrees(embedding)
+    for segment in range(embedding.shape[3]):
+        dense[..., segment] = _segment_map(embedding.network, degrees, segment)
+    return dense
+
+
+def segment_variability_of(embedding: Embedding, segment: int) -> np.ndarray:
+    """(nx, ny, n_headings) int64: in-degree x out-degree of the nodes of one segment (eq. 1); 0 where there is none.
+
+    Raises
+    ------
+    IndexError
+        There is no segment of this index.
+    """
+    if not 0 <= segment < embedding.shape[3]:
+        raise IndexError(f"There is no segment {segment} in a motion graph of {embedding.shape[3]} segments.")
+    return _segment_map(embedding.network, Degrees(embedding), segment)
+
+
+def segment_tallies(embedding: Embedding, degrees: Degrees, block: int) -> list[Tally]:
+    """For each segment the tally of segment variability (eq. 1) over the bundle of a block of headings."""
+    merge_of = embedding.network.merge_of
+    return [
+        product(degrees.incoming(segment, block), degrees.outgoing(merge, block))
+        for segment, merge in enumerate(merge_of)
+    ]
 
 
 def variability(embedding: Embedding) -> np.ndarray:
@@ -15,12 +56,72 @@ def variability(embedding: Embedding) -> np.ndarray:
 
     The number of ways to come through p: pairs of a link that arrives there and a link that goes on.
     """
-    return segment_variability(embedding).sum(axis=3)
+    return finish(variability_steps(embedding))
+
+
+def variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
+    """As :func:`variability`, as a generator that yields progress."""
+    network, degrees = embedding.network, Degrees(embedding)
+    ways = np.empty(embedding.shape[:3], dtype=np.int64)
+    for block in range(network.n_blocks):
+        total = Columns()
+        for merge, members in enumerate(network.members_of_merge):
+            yield Progress((block + merge / len(network.members_of_merge)) / network.n_blocks, _MESSAGE)
+            arriving = Columns()
+            for segment in members:
+                arriving.add_tally(degrees.incoming(segment, block))
+            total.add_tally(product(arriving.total(), degrees.outgoing(merge, block)))
+        first = block * network.bundled
+        ways[:, :, first : first + network.bundled] = _numbers(network, total.total())
+        degrees.forget(block)
+    return ways
+
+
+def heading_variability(embedding: Embedding, heading: int) -> np.ndarray:
+    """(nx, ny) int64: variability of one heading, given as an index (the paper's Fig. 7).
+
+    Raises
+    ------
+    IndexError
+        There is no heading of this index.
+    """
+    network = embedding.network
+    if not 0 <= heading < network.n_headings:
+        raise IndexError(f"There is no heading {heading} on a grid of {network.n_headings} headings.")
+    block, place = divmod(heading, network.bundled)
+    here = network.bundles([network.layout.ground if i == place else 0 for i in range(network.bundled)])[0]
+    degrees, total = Degrees(embedding), Columns()
+    for segment, merge in enumerate(network.merge_of):
+        total.add_product(masked(degrees.incoming(segment, block), here), degrees.outgoing(merge, block))
+    return _numbers(network, total.total())[:, :, place]
 
 
 def floor_variability(embedding: Embedding) -> np.ndarray:
     """(nx, ny) int64: variability summed over headings: the floor map of the paper's Fig. 1."""
-    return variability(embedding).sum(axis=2)
+    return finish(floor_variability_steps(embedding))
+
+
+def floor_variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
+    """As :func:`floor_variability`, as a generator that yields progress."""
+    ways = yield from variability_steps(embedding)
+    return ways.sum(axis=2)
+
+
+def integrated_variability(embedding: Embedding) -> np.ndarray:
+    """(n_segments,) int64: segment variability of each segment, summed over the whole domain (paper, section 4.2)."""
+    return finish(integrated_variability_steps(embedding))
+
+
+def integrated_variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
+    """As :func:`integrated_variability`, as a generator that yields progress."""
+    network, degrees = embedding.network, Degrees(embedding)
+    sums = np.zeros(network.n_segments, dtype=np.int64)
+    for block in range(network.n_blocks):
+        for segment, merge in enumerate(network.merge_of):
+            yield Progress((block + segment / network.n_segments) / network.n_blocks, _MESSAGE)
+            sums[segment] += sum_of_products(degrees.incoming(segment, block), degrees.outgoing(merge, block))
+        degrees.forget(block)
+    return sums
 
 
 def coverage(embedding: Embedding) -> np.ndarray:
@@ -37,3 +138,23 @@ def coverage_share(embedding: Embedding) -> float:
     free = embedding.environment.free_cells()
     covered = coverage(embedding).any(axis=2)
     return float(np.count_nonzero(covered & free) / max(np.count_nonzero(free), 1))
+
+
+def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.ndarray:
+    """(nx, ny, n_headings) int64: segment variability of one segment."""
+    merge = network.merge_of[segment]
+    blocks = [
+        _numbers(network, product(degrees.incoming(segment, block), degrees.outgoing(merge, block)))
+        for block in range(network.n_blocks)
+    ]
+    return np.concatenate(blocks, axis=2)
+
+
+def _numbers(network: StepNetwork, tally: Tally) -> np.ndarray:
+    """(nx, ny, headings of a block) int64: the counts of a tally of bundles."""
+    layout = network.layout
+    numbers = np.zeros((network.bundled, layout.nx, layout.ny), dtype=np.int64)
+    for digit, bundle in enumerate(tally):
+        for place, plane in enumerate(network.planes(bundle)):
+            numbers[place] += layout.unpack(plane).astype(np.int64) << digit
+    return numbers.transpose(1, 2, 0)

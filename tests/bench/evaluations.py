@@ -4,6 +4,7 @@ import numpy as np
 
 from core.embedding.embedding import Embedding, embed
 from core.evaluation.variability import floor_variability
+from core.evaluation.weak_spots import WeakSpotSettings, weak_spots
 from core.evaluation.why_not import why_not
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
@@ -20,13 +21,33 @@ def variability_map() -> Benchmark:
 
     def by_links():
         _, links = embedding.to_csr()
-        return np.diff(links.indptr) * np.diff(links.tocsc().indptr)
+        return int(np.diff(links.indptr).astype(np.int64) @ np.diff(links.tocsc().indptr))
 
     return Benchmark(
         run=lambda: floor_variability(_fresh(embedding)),
         counts=lambda floor: {"total": int(floor.sum())},
         reference=by_links,
+        reference_counts=lambda total: {"total": total},
         reference_name="degrees of explicit links",
+    )
+
+
+def variability_ground() -> Benchmark:
+    """The floor map of a ground of 40 x 40 m, with tens of millions of nodes."""
+    embedding = embed(problems.graph(0.12), problems.room(40.0, 40.0))
+    return Benchmark(
+        run=lambda: floor_variability(_fresh(embedding)),
+        counts=lambda floor: {"nodes": embedding.n_nodes, "total": int(floor.sum())},
+        repeats=3,
+    )
+
+
+def spots() -> Benchmark:
+    """Weak spots of the floor, with reasons."""
+    embedding = embed(problems.graph(0.12), problems.room())
+    settings = WeakSpotSettings(threshold=50)
+    return Benchmark(
+        run=lambda: weak_spots(_fresh(embedding), settings), counts=lambda found: {"spots": len(found.spots)}
     )
 
 
@@ -36,4 +57,9 @@ def reasons() -> Benchmark:
     return Benchmark(run=lambda: why_not(_fresh(embedding)), counts=lambda found: {"elements": found.size})
 
 
-BENCHMARKS = {"variability": variability_map, "why-not": reasons}
+BENCHMARKS = {
+    "variability": variability_map,
+    "variability-40m": variability_ground,
+    "weak-spots": spots,
+    "why-not": reasons,
+}

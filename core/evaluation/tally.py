@@ -1,0 +1,109 @@
+"""Tallies: a count for every cell, as bit-planes of the counts' binary digits.
+
+Adding up thousands of planes, or multiplying the counts of a whole ground, is then a row of ANDs and XORs of whole
+planes: no array of numbers is ever laid out, and a count takes as many bits as it needs. Planes may just as well be
+bundles of planes; each bit is a cell of its own and never carries into its neighbour.
+"""
+
+from collections.abc import Sequence
+
+#: Binary digits of a count for every cell, lowest first; the last one is not 0. No digits: 0 everywhere.
+Tally = list[int]
+
+
+class Columns:
+    """Planes that wait to be added up; those in column i count 2**i."""
+
+    def __init__(self):
+        self._columns: list[list[int]] = []
+
+    def add(self, plane: int, digit: int = 0) -> None:
+        """Count 2**digit more in every cell of a plane."""
+        if plane:
+            while len(self._columns) <= digit:
+                self._columns.append([])
+            self._columns[digit].append(plane)
+
+    def add_tally(self, tally: Tally) -> None:
+        for digit, plane in enumerate(tally):
+            self.add(plane, digit)
+
+    def add_product(self, a: Tally, b: Tally) -> None:
+        """Count a x b more."""
+        for i, x in enumerate(a):
+            for j, y in enumerate(b):
+                self.add(x & y, i + j)
+
+    def total(self) -> Tally:
+        """The sum of everything that was added; the columns are empty afterwards.
+
+        Three planes of a column become one and a carry, until one is left: five operations for each plane.
+        """
+        columns, self._columns = self._columns, []
+        tally = []
+        carries: list[int] = []
+        while columns or carries:
+            column = carries + (columns.pop(0) if columns else [])
+            carries = []
+            while len(column) > 1:
+                a, b, c = column.pop(), column.pop(), column.pop() if column else 0
+                half = a ^ b
+                carry = (a & b) | (half & c) if c else a & b
+                if carry:
+                    carries.append(carry)
+                column.append(half ^ c)
+            tally.append(column[0] if column else 0)
+        return _stripped(tally)
+
+
+def masked(tally: Tally, plane: int) -> Tally:
+    """The counts in the cells of a plane, 0 elsewhere."""
+    return _stripped([digit & plane for digit in tally])
+
+
+def product(a: Tally, b: Tally) -> Tally:
+    """a x b for every cell."""
+    columns = Columns()
+    columns.add_product(a, b)
+    return columns.total()
+
+
+def sum_of_products(a: Tally, b: Tally) -> int:
+    """a x b, summed over all cells."""
+    return sum((x & y).bit_count() << i + j for i, x in enumerate(a) for j, y in enumerate(b))
+
+
+def constant(number: int, everywhere: int) -> Tally:
+    """The same count in all cells of the plane ``everywhere``."""
+    return [everywhere if number >> digit & 1 else 0 for digit in range(number.bit_length())]
+
+
+def less(a: Tally, b: Tally) -> int:
+    """The plane of the cells where a < b."""
+    below = 0
+    for digit in range(max(len(a), len(b))):
+        x, y = digit_of(a, digit), digit_of(b, digit)
+        below ^= (x ^ y) & (below ^ y)
+    return below
+
+
+def minus(a: Tally, b: Tally) -> Tally:
+    """a - b, which must not be negative anywhere."""
+    rest, borrow = [], 0
+    for digit, x in enumerate(a):
+        y = digit_of(b, digit)
+        differ = x ^ y
+        rest.append(differ ^ borrow)
+        borrow ^= differ & (borrow ^ y)
+    return _stripped(rest)
+
+
+def digit_of(tally: Sequence[int], digit: int) -> int:
+    """The plane of one binary digit."""
+    return tally[digit] if digit < len(tally) else 0
+
+
+def _stripped(tally: Tally) -> Tally:
+    while tally and not tally[-1]:
+        tally.pop()
+    return tally

@@ -1,0 +1,89 @@
+"""In which order nodes are added to a skeleton while the budget lasts."""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from enum import Enum
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes
+from ..evaluation.degrees import Degrees
+from ..evaluation.tally import Tally, constant, less
+from ..evaluation.variability import segment_tallies
+from ..progress import Progress
+from .ranking import ranks_steps
+
+
+class FillOrder(Enum):
+    """Which nodes come first."""
+
+    PLACES = "Best at Each Place"
+    """The best node of every place, then the second best, and so on: every place gets its share, like local pruning."""
+    VARIABILITY = "Highest Variability"
+    """The nodes of highest segment variability, wherever they are: open ground before narrow passages."""
+
+
+@dataclass(frozen=True)
+class Filling:
+    """All nodes of an embedding in an order, of which any number of steps may be taken.
+
+    A step adds at most one node for each heading. Nodes are in order of their level; of one level, in order of
+    segment, heading and cell.
+
+    Attributes
+    ----------
+    embedding : Embedding
+    levels : list of Tally
+        For each bundle of the embedding's nodes, the tally of their levels; the nodes of level 0 come first.
+    n_levels : int
+    """
+
+    embedding: Embedding
+    levels: list[Tally]
+    n_levels: int
+
+    @property
+    def _bundle_bits(self) -> int:
+        network = self.embedding.network
+        return network.plane_bytes * 8 * network.bundled
+
+    @property
+    def n_steps(self) -> int:
+        """Steps after which all nodes are taken."""
+        return self.n_levels * len(self.levels) * self._bundle_bits
+
+    def nodes(self, n_steps: int) -> Nodes:
+        """The nodes of the first steps."""
+        level, rest = divmod(n_steps, len(self.levels) * self._bundle_bits)
+        bundle, bit = divmod(rest, self._bundle_bits)
+        taken = []
+        for index, (everyone, tally) in enumerate(zip(self.embedding.nodes, self.levels, strict=True)):
+            nodes = everyone & less(tally, constant(level, everyone))
+            if index <= bundle:
+                last = everyone & less(tally, constant(level + 1, everyone))
+                nodes |= last if index < bundle else last & ((1 << bit) - 1)
+            taken.append(nodes)
+        return taken
+
+
+def filling_steps(embedding: Embedding, order: FillOrder) -> Generator[Progress, None, Filling]:
+    """Put the nodes of an embedding in an order. Yields progress."""
+    if order is FillOrder.PLACES:
+        levels = yield from ranks_steps(embedding)
+    else:
+        levels = yield from _variability_levels_steps(embedding)
+    return Filling(embedding, levels, 1 << max((len(tally) for tally in levels), default=0))
+
+
+def _variability_levels_steps(embedding: Embedding) -> Generator[Progress, None, list[Tally]]:
+    """How far each node's segment variability lies under the highest number with as many binary digits."""
+    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    values: list[Tally] = [[] for _ in nodes]
+    for block in range(network.n_blocks):
+        yield Progress(block / network.n_blocks, "Ranking nodes")
+        values[block :: network.n_blocks] = segment_tallies(embedding, degrees, block)
+        degrees.forget(block)
+    n_digits = max((len(value) for value in values), default=0)
+    return [
+        [node ^ (value[digit] if digit < len(value) else 0) for digit in range(n_digits)]
+        for node, value in zip(nodes, values, strict=True)
+    ]

@@ -1,0 +1,91 @@
+"""The price of local pruning: nodes, links and coverage for every k."""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..embedding.embedding import Embedding, restrict_steps, with_nodes
+from ..embedding.network import Nodes, count
+from ..evaluation.variability import coverage
+from ..progress import Progress, finish, portion
+from .growth import component_around_steps
+from .ranking import ranked_below, ranks_steps
+
+
+@dataclass(frozen=True)
+class PruningCurve:
+    """One entry for each k, from 1 to the largest number of nodes at any p; all arrays have that length.
+
+    Attributes
+    ----------
+    k : int array
+        Nodes kept at each p = (x, y, heading), at most. The last entry is the embedding itself.
+    n_nodes, n_links : int64 arrays
+        Of the largest strongly connected component that is left.
+    floor_coverage : float array
+        Cells covered in at least one heading, as a share of the free cells.
+    coverage : float array
+        Elements (x, y, heading) covered, as a share of those over free cells.
+    """
+
+    k: np.ndarray
+    n_nodes: np.ndarray
+    n_links: np.ndarray
+    floor_coverage: np.ndarray
+    coverage: np.ndarray
+
+    def smallest_k(self, floor_coverage: float) -> int | None:
+        """The least k from which on no k covers less than this share of the free cells; None if there is none."""
+        enough = self.floor_coverage >= floor_coverage
+        if not len(enough) or not enough[-1]:
+            return None
+        return int(self.k[len(enough) - np.argmin(enough[::-1])]) if not enough.all() else int(self.k[0])
+
+
+def pruning_curve(embedding: Embedding) -> PruningCurve:
+    """Local pruning for every k that makes a difference, and one that makes none; no entries if there are no nodes.
+
+    Each entry is what ``prune_local(embedding, k)`` keeps. Nodes are ranked only once.
+    """
+    return finish(pruning_curve_steps(embedding))
+
+
+def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, PruningCurve]:
+    """As :func:`pruning_curve`, as a generator that yields progress."""
+    ranks = yield from portion(ranks_steps(embedding), 0.0, 0.1)
+    free = embedding.environment.free_cells()
+    n_free = max(np.count_nonzero(free), 1)
+    rows: list[tuple[int, int, float, float]] = []
+    pruned: Embedding | None = None
+    while embedding.n_nodes and pruned is not embedding:
+        k = len(rows) + 1
+        start = 0.1 + 0.9 * len(rows) / embedding.shape[3]
+        nodes = ranked_below(embedding, ranks, k)
+        if nodes == embedding.nodes:
+            pruned = embedding
+        else:
+            steps = _largest_steps(embedding, nodes, pruned)
+            pruned = yield from portion(steps, start, start + 0.9 / embedding.shape[3])
+        covered = coverage(pruned) & free[:, :, None]
+        floor = np.count_nonzero(covered.any(axis=2)) / n_free
+        share = np.count_nonzero(covered) / (n_free * embedding.shape[2])
+        rows.append((pruned.n_nodes, pruned.n_links, floor, share))
+    n_nodes, n_links, floor_coverage, shares = np.array(rows, dtype=float).reshape(-1, 4).T
+    return PruningCurve(
+        np.arange(1, len(rows) + 1), n_nodes.astype(np.int64), n_links.astype(np.int64), floor_coverage, shares
+    )
+
+
+def _largest_steps(
+    embedding: Embedding, nodes: Nodes, smaller: Embedding | None
+) -> Generator[Progress, None, Embedding]:
+    """The largest component of ``nodes``, which hold all nodes of ``smaller``, a component of fewer of them.
+
+    What has grown around the smaller one is the largest if no more nodes than it has are left.
+    """
+    if smaller is not None and smaller.n_nodes:
+        grown = yield from portion(component_around_steps(embedding, smaller.nodes, nodes), 0.0, 0.5)
+        if 2 * count(grown) > count(nodes):
+            return with_nodes(embedding, grown)
+    return (yield from portion(restrict_steps(embedding, nodes), 0.5, 1.0))

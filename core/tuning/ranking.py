@@ -1,0 +1,104 @@
+"""Which of the nodes at a place are the best: the order by which local pruning keeps or drops them.
+
+At each p = (x, y, heading) the nodes are ranked by segment variability, highest first; of equal ones, the segment
+with the lower index comes first. All places are ranked at once, on bit-planes.
+"""
+
+from collections.abc import Generator
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes
+from ..evaluation.degrees import Degrees
+from ..evaluation.tally import Columns, Tally, constant, less, masked, minus
+from ..evaluation.variability import segment_tallies
+from ..progress import Progress
+
+#: For each segment and block (index segment * n_blocks + block) the tally of its nodes' ranks; the best has rank 0.
+Ranks = list[Tally]
+
+
+def best_nodes_steps(embedding: Embedding, k: int) -> Generator[Progress, None, Nodes]:
+    """At each p the ``k`` nodes of highest segment variability, or all where there are fewer. Yields progress."""
+    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    kept = [0] * len(nodes)
+    for block in range(network.n_blocks):
+        yield Progress(block / network.n_blocks, "Choosing the best nodes")
+        values = segment_tallies(embedding, degrees, block)
+        kept[block :: network.n_blocks] = best_at_each_place(values, nodes[block :: network.n_blocks], k)
+        degrees.forget(block)
+    return kept
+
+
+def best_at_each_place(values: list[Tally], members: list[int], k: int) -> list[int]:
+    """Of planes (or bundles) that share their cells, in each cell the ``k`` members of highest value.
+
+    Digit by digit from the highest: where enough candidates have the digit set, the others are out; elsewhere those
+    are in, and the search goes on among the others for the rest. Of those that stay equal, the first ones are taken.
+    """
+    everywhere = _union(members)
+    kept, candidates, wanted = [0] * len(members), list(members), constant(k, everywhere)
+    for digit in range(max((len(value) for value in values), default=0) - 1, -1, -1):
+        high = [c & value[digit] if digit < len(value) else 0 for c, value in zip(candidates, values, strict=True)]
+        counter = Columns()
+        for plane in high:
+            counter.add(plane)
+        number = counter.total()
+        too_few = less(number, wanted)
+        wanted = _where(too_few, minus(masked(wanted, too_few), masked(number, too_few)), wanted)
+        for i, plane in enumerate(high):
+            settled = plane & too_few
+            kept[i] |= settled
+            # Of the candidates: those without the digit where too few have it, those with it elsewhere.
+            candidates[i] = ((candidates[i] & too_few) ^ settled) | (plane ^ settled)
+    for i, candidate in enumerate(candidates):
+        still = less([], wanted)
+        if not still:
+            break
+        taken = candidate & still
+        kept[i] |= taken
+        wanted = minus(wanted, [taken])
+    return kept
+
+
+def ranks_steps(embedding: Embedding) -> Generator[Progress, None, Ranks]:
+    """The rank of every node among those at its p. Yields progress."""
+    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    ranks: Ranks = [[] for _ in nodes]
+    for block in range(network.n_blocks):
+        members = nodes[block :: network.n_blocks]
+        values = segment_tallies(embedding, degrees, block)
+        degrees.forget(block)
+        better = [Columns() for _ in members]
+        for i, plane in enumerate(members):
+            yield Progress((block + i / len(members)) / network.n_blocks, "Ranking nodes")
+            for j in range(i + 1, len(members)):
+                both = plane & members[j]
+                if both:
+                    later_wins = both & less(values[i], values[j])
+                    better[i].add(later_wins)
+                    better[j].add(both ^ later_wins)
+            ranks[i * network.n_blocks + block] = better[i].total()
+    return ranks
+
+
+def ranked_below(embedding: Embedding, ranks: Ranks, k: int) -> Nodes:
+    """The nodes of rank less than ``k``: at each p the ``k`` best."""
+    return [
+        node & less(rank, constant(k, node)) if rank else node * (k > 0)
+        for node, rank in zip(embedding.nodes, ranks, strict=True)
+    ]
+
+
+def _where(plane: int, a: Tally, b: Tally) -> Tally:
+    """``a`` (0 outside the plane) in the cells of a plane, ``b`` elsewhere."""
+    n_digits = max(len(a), len(b))
+    return [
+        (a[digit] if digit < len(a) else 0) | (b[digit] & ~plane if digit < len(b) else 0) for digit in range(n_digits)
+    ]
+
+
+def _union(planes: list[int]) -> int:
+    union = 0
+    for plane in planes:
+        union |= plane
+    return union
