@@ -8,9 +8,11 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
-from ..embedding.unroll import unroll_steps
+from ..embedding.unroll import REPORTED_PATHS, unroll_steps
 from ..environment.grid import SUBDIVISION
 from ..progress import Progress, finish, portion
+
+_COUNTING = "Counting links"
 
 
 class Reason(IntEnum):
@@ -120,17 +122,43 @@ class LostLinks:
 
 def lost_links(embedding: Embedding) -> LostLinks:
     """Count the one-step links that obstacles and regions cost."""
-    environment = embedding.environment
+    return finish(lost_links_steps(embedding))
+
+
+def lost_links_steps(embedding: Embedding) -> Generator[Progress, None, LostLinks]:
+    """As :func:`lost_links`, as a generator that yields progress."""
+    environment, sweep = embedding.environment, embedding.unrolling.sweep
     bare = replace(environment, blocked=np.zeros_like(environment.blocked), regions=())
     unruled = replace(environment, regions=())
-    possible = _n_links(embedding, finish(unroll_steps(embedding.unrolling.sweep, bare)).valid)
-    unblocked = _n_links(embedding, finish(unroll_steps(embedding.unrolling.sweep, unruled)).valid)
-    free = _n_links(embedding, embedding.unrolling.valid)
-    return LostLinks(possible, possible - unblocked, unblocked - free, free, embedding.n_links)
+    on_bare_ground = yield from portion(unroll_steps(sweep, bare), 0.0, 0.3)
+    possible = yield from portion(_count_steps(embedding, on_bare_ground.valid), 0.3, 0.4)
+    past_obstacles = yield from portion(unroll_steps(sweep, unruled), 0.4, 0.7)
+    unblocked = yield from portion(_count_steps(embedding, past_obstacles.valid), 0.7, 0.8)
+    free = yield from portion(_count_steps(embedding, embedding.unrolling.valid), 0.8, 0.9)
+    embedded = yield from portion(_inside_steps(embedding), 0.9, 1.0)
+    return LostLinks(possible, possible - unblocked, unblocked - free, free, embedded)
 
 
-def _n_links(embedding: Embedding, valid: tuple[int, ...]) -> int:
+def _count_steps(embedding: Embedding, valid: tuple[int, ...]) -> Generator[Progress, None, int]:
     """Links of all one-step paths: each start cell counts once for every parent that may have led there."""
     n_parents = [len(parents) for parents in embedding.network.parents]
     segments = embedding.unrolling.stencils.segment.tolist()
-    return sum(plane.bit_count() * n_parents[s] for plane, s in zip(valid, segments, strict=True))
+    n_links = 0
+    for done, (plane, segment) in enumerate(zip(valid, segments, strict=True)):
+        if done % REPORTED_PATHS == 0:
+            yield Progress(done / len(valid), _COUNTING)
+        n_links += plane.bit_count() * n_parents[segment]
+    return n_links
+
+
+def _inside_steps(embedding: Embedding) -> Generator[Progress, None, int]:
+    """Links of the embedding itself."""
+    network, n_links = embedding.network, 0
+    planes = [plane for bundle in embedding.nodes for plane in network.planes(bundle)]
+    n_stencils = len(embedding.unrolling.valid)
+    for done, (segment, heading, _, _, able) in enumerate(network.moves_within(embedding.nodes)):
+        if done % REPORTED_PATHS == 0:
+            yield Progress(min(done / n_stencils, 1.0), _COUNTING)
+        for parent in network.parents[segment]:
+            n_links += (planes[parent * network.n_headings + heading] & able).bit_count()
+    return n_links

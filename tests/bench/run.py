@@ -11,10 +11,18 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.bench import embeddings, evaluations, graphs, playbacks
+from tests.bench import ablations, embeddings, evaluations, graphs, playbacks, reaches, tunings
 from tests.bench.benchmark import line, measure
 
-BENCHMARKS = {**graphs.BENCHMARKS, **embeddings.BENCHMARKS, **evaluations.BENCHMARKS, **playbacks.BENCHMARKS}
+BENCHMARKS = {
+    **graphs.BENCHMARKS,
+    **embeddings.BENCHMARKS,
+    **evaluations.BENCHMARKS,
+    **reaches.BENCHMARKS,
+    **ablations.BENCHMARKS,
+    **tunings.BENCHMARKS,
+    **playbacks.BENCHMARKS,
+}
 
 
 def main() -> None:

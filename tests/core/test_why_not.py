@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
-from core.evaluation.why_not import Reason, lost_links, why_not
+from core.evaluation.why_not import Reason, lost_links, lost_links_steps, why_not
+from core.progress import finish
 
 from .reference import explicit_embedding, point_free, random_problem
 
@@ -97,3 +98,7 @@ def test_lost_links_add_up(seed, tiled):
         free,
     )
     assert lost.embedded == embedding.n_links
+    # As progress it goes from 0 to 1, never back.
+    fractions = []
+    assert finish(lost_links_steps(embedding), lambda progress: fractions.append(progress.fraction)) == lost
+    assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1

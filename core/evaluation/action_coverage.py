@@ -1,0 +1,77 @@
+"""Action coverage: on how much of the free ground each action can be performed.
+
+Reitsma & Pollard 2007, "Evaluating motion graphs for character animation". An action is a segment, a clip or a tag;
+it can be performed where one of its segments can begin on a link of the embedding.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from .ablation import Kind, Part, parts
+from .wavefront import planes_of
+
+
+@dataclass(frozen=True)
+class ActionCoverage:
+    """Where each action can begin.
+
+    Attributes
+    ----------
+    actions : tuple of Part
+        n segments, clips or tags.
+    begins : (n, nx, ny) bool array
+        Cells in which a link of the embedding begins the action, in at least one heading.
+    areas : (n,) float array
+        Square metres of them.
+    shares : (n,) float array
+        The same as a share of the free cells, 0 to 1.
+    """
+
+    actions: tuple[Part, ...]
+    begins: np.ndarray
+    areas: np.ndarray
+    shares: np.ndarray
+
+    def ranked(self) -> list[int]:
+        """Indices of the actions, least coverage first."""
+        return np.argsort(self.areas, kind="stable").tolist()
+
+    def describe(self) -> str:
+        if not self.actions:
+            return "There is no action to look for."
+        kind = self.actions[0].kind.value
+        least, *_, most = self.ranked()[:1] + self.ranked()[-1:]
+        text = (
+            f"On average a {kind} can begin on {100 * self.shares.mean():.1f} % of the free floor: most often "
+            f"'{self.actions[most].name}' ({self.areas[most]:.1f} m2, {100 * self.shares[most]:.1f} %), least often "
+            f"'{self.actions[least].name}' ({self.areas[least]:.1f} m2, {100 * self.shares[least]:.1f} %)."
+        )
+        n_never = int(np.count_nonzero(self.areas == 0))
+        return text + (f" {n_never} of {len(self.actions)} can begin nowhere." if n_never else "")
+
+
+def action_coverage(embedding: Embedding, kind: Kind = Kind.CLIP) -> ActionCoverage:
+    """Where each segment, clip or tag of an embedding's motion graph can begin."""
+    network, layout = embedding.network, embedding.network.layout
+    standing = [0] * (len(network.members_of_fork) * network.n_headings)
+    for fork, members in enumerate(network.members_of_fork):
+        for parent in network.parents[members[0]]:
+            for heading, plane in enumerate(planes_of(network, embedding.nodes, parent)):
+                standing[fork * network.n_headings + heading] |= plane
+    began = [0] * network.n_segments
+    for segment, heading, _, _, able in network.moves_within(embedding.nodes):
+        began[segment] |= able & standing[network.fork_of[segment] * network.n_headings + heading]
+
+    actions = tuple(parts(embedding.graph, kind))
+    begins = np.zeros((len(actions), *embedding.shape[:2]), dtype=bool)
+    for index, action in enumerate(actions):
+        plane = 0
+        for segment in action.segments:
+            plane |= began[segment]
+        begins[index] = layout.unpack(plane)
+    free = embedding.environment.free_cells()
+    n_cells = np.count_nonzero(begins & free, axis=(1, 2))
+    areas = n_cells * embedding.environment.grid.cell_size**2
+    return ActionCoverage(actions, begins, areas, n_cells / max(int(np.count_nonzero(free)), 1))

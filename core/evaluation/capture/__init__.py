@@ -1,0 +1,1 @@
+"""The capture director: which motion that is missing would open most of the ground?"""

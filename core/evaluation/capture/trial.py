@@ -1,0 +1,169 @@
+"""Trials: what becomes of an embedding when one more segment joins its motion graph, without embedding again.
+
+The old embedding stays strongly connected, so that all closures start from it: forwards from everything that it
+already reached, backwards from everything that already led to it. What differs from one trial to the next is one
+segment: only its stencils are checked, and only what it adds is followed. The result is that of embedding the larger
+graph, to the bit.
+"""
+
+from collections.abc import Generator, Iterable, Sequence
+
+import numpy as np
+
+from ...embedding.component import largest_component_steps
+from ...embedding.embedding import Embedding
+from ...embedding.network import Nodes, StepNetwork, count, difference, intersection
+from ...embedding.stencil import Stencils, build_stencils
+from ...embedding.sweep import Sweep, sweep_steps
+from ...embedding.unroll import Unrolling, unroll_steps
+from ...errors import EmbeddingError
+from ...progress import Progress, portion
+from .candidate import Candidate, augmented
+
+
+class Stage:
+    """An embedding, ready for trials. Made by :func:`stage_steps`.
+
+    Attributes
+    ----------
+    embedding : Embedding
+        The embedding with planes that have room for the paths of all candidates.
+    """
+
+    def __init__(self, embedding: Embedding, sweep: Sweep, reached: Nodes, leading: Nodes, apart: int):
+        self.embedding = embedding
+        self._sweep = sweep
+        self._reached = reached
+        self._leading = leading
+        self._apart = apart
+
+    def try_steps(self, candidate: Candidate, index: int) -> Generator[Progress, None, Embedding]:
+        """The embedding of the motion graph with a candidate, the ``index``-th of those that the stage was made for."""
+        old = self.embedding
+        n_segments = len(old.graph.segments)
+        alone = chosen_segments(self._sweep, [n_segments + index])
+        unrolled = yield from portion(unroll_steps(alone, old.environment), 0.0, 0.1)
+        sweep = chosen_segments(self._sweep, [*range(n_segments), n_segments + index])
+        unrolling = Unrolling(sweep, old.unrolling.valid + unrolled.valid)
+        graph = augmented(old.graph, candidate)
+        network = StepNetwork(unrolling, graph.links, n_segments + 1)
+        nodes = yield from portion(self._component_steps(network), 0.1, 1.0)
+        planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
+        grown = Embedding(graph, old.environment, old.settings, unrolling, planes)
+        grown.__dict__.update(network=network, nodes=nodes)
+        return grown
+
+    def _component_steps(self, network: StepNetwork) -> Generator[Progress, None, Nodes]:
+        """The largest component of a network with one segment more."""
+        if not any(self._reached):
+            return (yield from largest_component_steps(network))
+        none = [0] * network.n_blocks
+        everything = network.everything()
+        steps = network.reached_from_steps(self._reached + none, everything)
+        reached = yield from portion(steps, 0.0, 0.4)
+        seed = intersection(self._leading + none, reached)
+        component = yield from portion(network.reaching_steps(seed, reached), 0.4, 0.8)
+        # A component apart from this one holds nodes of the new segment, or the old embedding would be smaller. It lies
+        # wholly in what is reached, or wholly outside.
+        downstream = difference(reached, component)
+        new = self._arrivals_of_last(network)
+        size = count(component)
+        elsewhere = difference(everything, reached)
+        larger = False
+        if count(downstream) >= size:
+            larger = yield from portion(_may_hold(network, new, downstream, size), 0.8, 0.85)
+        if not larger and self._apart + count(new) >= size:
+            larger = yield from portion(_may_hold(network, new, elsewhere, size), 0.85, 0.9)
+        if larger:
+            return (yield from portion(largest_component_steps(network), 0.9, 1.0))
+        return component
+
+    @staticmethod
+    def _arrivals_of_last(network: StepNetwork) -> Nodes:
+        """Every node of the last segment that has any link to it, wherever that comes from."""
+        last, n_blocks = network.n_segments - 1, network.n_blocks
+        arrived = [0] * (network.n_segments * n_blocks)
+        for block, starts in enumerate(network.everything()[:n_blocks]):
+            for there, ends in enumerate(network.arrivals(last, block, starts), last * n_blocks):
+                arrived[there] |= ends
+        return arrived
+
+
+def _may_hold(network: StepNetwork, new: Nodes, within: Nodes, size: int) -> Generator[Progress, None, bool]:
+    """Whether a strongly connected set of at least ``size`` with a node of ``new`` might lie in ``within``."""
+    new = intersection(new, within)
+    reached = yield from portion(network.reached_from_steps(new, within), 0.0, 0.5)
+    around = yield from portion(network.reaching_steps(new, reached), 0.5, 1.0)
+    return count(around) >= size
+
+
+def stage_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Generator[Progress, None, Stage]:
+    """Prepare an embedding for trials of some candidates; yields progress, returns a :class:`Stage`.
+
+    Raises
+    ------
+    EmbeddingError
+        The embedding was pruned: it is not the largest component of its motion graph in its environment.
+    """
+    graph, environment, grid = embedding.graph, embedding.environment, embedding.environment.grid
+    segments = [*graph.segments, *(candidate.segment for candidate in candidates)]
+    stencils = build_stencils(segments, grid, embedding.settings.footprint)
+    sweep = yield from portion(sweep_steps(segments, stencils, grid, environment.tags), 0.0, 0.4)
+    own = chosen_segments(sweep, range(len(graph.segments)))
+    unrolling = yield from portion(unroll_steps(own, environment), 0.4, 0.6)
+    network = StepNetwork(unrolling, graph.links, len(graph.segments))
+    before, after = embedding.unrolling.layout, unrolling.layout
+    planes = tuple(after.pack(before.unpack(plane)) if plane else 0 for plane in embedding.planes)
+    wider = Embedding(graph, environment, embedding.settings, unrolling, planes)
+    wider.__dict__.update(network=network)
+    everything = network.everything()
+    reached = yield from portion(network.reached_from_steps(wider.nodes, everything), 0.6, 0.8)
+    leading = yield from portion(network.reaching_steps(wider.nodes, everything), 0.8, 1.0)
+    if count(intersection(reached, leading)) != wider.n_nodes:
+        raise EmbeddingError(
+            "This embedding was pruned; embed the motion graph again before asking which motion is missing."
+        )
+    alive = network.image(everything)
+    apart = count(alive) - count(intersection(alive, reached))
+    return Stage(wider, sweep, reached, leading, apart)
+
+
+def chosen_segments(sweep: Sweep, segments: Iterable[int]) -> Sweep:
+    """The sweep of some segments only, in the order given and numbered anew; the layout stays."""
+    stencils = sweep.stencils
+    path = np.array(sweep.path, dtype=int)
+    kept, paths, checks, numbers = [], [], [], []
+    bounds, n_paths = [0], 0
+    for number, segment in enumerate(segments):
+        first, last = np.searchsorted(stencils.segment, [segment, segment + 1]).tolist()
+        kept.append(np.arange(first, last))
+        numbers.append(np.full(last - first, number))
+        if first == last:
+            continue
+        first_path, last_path = sweep.path[first], sweep.path[last - 1] + 1
+        paths.append(path[first:last] - first_path + n_paths)
+        n_paths += last_path - first_path
+        first_check = sweep.bounds[first_path]
+        checks.append(slice(first_check, sweep.bounds[last_path]))
+        moved = bounds[-1] - first_check
+        bounds += [bound + moved for bound in sweep.bounds[first_path + 1 : last_path + 1]]
+    rows = np.concatenate([np.empty(0, dtype=int), *kept])
+    return Sweep(
+        stencils=Stencils(
+            segment=np.concatenate([np.empty(0, dtype=int), *numbers]),
+            heading=stencils.heading[rows],
+            dx=stencils.dx[rows],
+            dy=stencils.dy[rows],
+            turn=stencils.turn[rows],
+            position_error=stencils.position_error[rows],
+            heading_error=stencils.heading_error[rows],
+            n_headings=stencils.n_headings,
+        ),
+        layout=sweep.layout,
+        classes=sweep.classes,
+        path=np.concatenate([np.empty(0, dtype=int), *paths]).tolist(),
+        bounds=bounds,
+        tag_class=[entry for check in checks for entry in sweep.tag_class[check]],
+        part=[entry for check in checks for entry in sweep.part[check]],
+        shift=[entry for check in checks for entry in sweep.shift[check]],
+    )

@@ -1,0 +1,120 @@
+"""Joint deletion: which clips can all be thrown away at once?
+
+Single losses do not add up: of two clips that can replace each other each is deletable, but not both.
+"""
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..errors import EmbeddingError
+from ..progress import Progress, finish
+from .ablation import Kind, Part, parts, without_steps
+from .extent import Extent, extent
+
+
+@dataclass(frozen=True)
+class JointDeletion:
+    """Parts that can be deleted together.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        In the order in which they were chosen: those that cost least first.
+    before, left : Extent
+        With all of them and with none.
+    allowed : float
+        Share of the covered floor that might be lost.
+    left_after : tuple of Extent
+        What is left after the first, the first two, ... of the parts are gone.
+    """
+
+    parts: tuple[Part, ...]
+    before: Extent
+    left: Extent
+    allowed: float
+    left_after: tuple[Extent, ...]
+
+    @property
+    def share(self) -> float:
+        """Share of the covered floor that is lost without all of them together, 0 to 1."""
+        return 1 - self.left.floor / self.before.floor if self.before.floor else 0.0
+
+    def describe(self) -> list[str]:
+        if not self.parts:
+            return [f"Nothing can be deleted without losing more than {self.allowed:.0%} of the floor."]
+        kind = self.parts[0].kind.value
+        names = ", ".join(f"'{part.name}'" for part in self.parts)
+        what = f"{len(self.parts)} {kind}s can be deleted together" if len(self.parts) > 1 else f"1 {kind} can go"
+        lost = self.before.floor - self.left.floor
+        return [f"{what}: {names}. That costs {lost:.2f} m2 ({self.share:.1%}) of the floor."]
+
+
+def deletable_together(embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP) -> JointDeletion:
+    """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1).
+
+    Greedy: next comes the part that costs least now that those before it are gone. Each choice is tried together with
+    all earlier ones, and in the end no other part could be added; something is always left. Not always the longest
+    list possible: that would take all subsets.
+
+    Raises
+    ------
+    EmbeddingError
+        ``allowed`` is not between 0 and 1.
+    """
+    return finish(deletable_together_steps(embedding, allowed, kind))
+
+
+def deletable_together_steps(
+    embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP
+) -> Generator[Progress, None, JointDeletion]:
+    """As :func:`deletable_together`, as a generator that yields progress."""
+    if not 0 <= allowed <= 1:
+        raise EmbeddingError(f"The share of the floor that may be lost is {allowed}; give one between 0 and 1.")
+    before = extent(embedding)
+    enough = before.floor * (1 - allowed) - 1e-9
+    cell_area = embedding.environment.grid.cell_size**2
+    chosen: list[Part] = []
+    left_after: list[Extent] = []
+    gone: set[int] = set()
+    # What each part would leave of floor and places, as of when so many were gone. It gets less as more goes: the part
+    # that leaves most by old numbers is asked first, and taken if it still leaves most.
+    known = [_Candidate(part, before.floor, before.places, -1, None) for part in parts(embedding.graph, kind)]
+    refused: list[_Candidate] = []
+    n_asked, n_parts = 0, len(known)
+    while known:
+        best = min(known, key=lambda entry: (-entry.floor, -entry.places, -entry.asked, entry.part.segments))
+        known.remove(best)
+        if best.left is None or best.asked < len(chosen):
+            n_asked += 1
+            yield Progress(1 - 1 / (1 + n_asked / n_parts), f"Trying without {best.part.name}")
+            left = yield from without_steps(embedding, gone.union(best.part.segments))
+            covered = left.covered()
+            floor = int(np.count_nonzero(covered.any(axis=2))) * cell_area
+            allowed_now = floor >= enough and left.n_nodes > 0
+            asked = _Candidate(best.part, floor, int(np.count_nonzero(covered)), len(chosen), left)
+            (known if allowed_now else refused).append(asked)
+        else:
+            chosen.append(best.part)
+            gone.update(best.part.segments)
+            left_after.append(extent(best.left))
+            known = [replace(entry, left=None) for entry in known]
+        if not known:
+            # Another component may have become the largest, one that never needed what was refused: ask once more.
+            known = [replace(entry, left=None) for entry in refused if entry.asked < len(chosen)]
+            refused = [entry for entry in refused if entry.asked == len(chosen)]
+    left = left_after[-1] if left_after else before
+    return JointDeletion(tuple(chosen), before, left, allowed, tuple(left_after))
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A part that may be deleted next: the floor and places that are left without it, when ``asked`` were gone."""
+
+    part: Part
+    floor: float
+    places: int
+    asked: int
+    left: Embedding | None

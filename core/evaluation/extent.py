@@ -1,0 +1,80 @@
+"""How much of the ground an embedding reaches: the numbers that two embeddings of one scene are compared by."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from .reach import mean_time_to_reach
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number of an embedding that is worth watching, such as the mean time to reach the door.
+
+    Attributes
+    ----------
+    name : str
+        As it stands in a sentence: "mean time to reach the door".
+    unit : str
+    of : callable
+        The number of an embedding. Lower is better; infinite where the embedding does not allow it at all.
+    """
+
+    name: str
+    unit: str
+    of: Callable[[Embedding], float]
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What an embedding reaches.
+
+    Attributes
+    ----------
+    floor : float
+        Square metres of the cells that it covers in at least one heading.
+    share : float
+        The same as a share of the free floor, 0 to 1.
+    places : int
+        Grid elements (x, y, heading) that it covers.
+    nodes, links : int
+    measure : float or None
+        Of the measure that was asked for.
+    """
+
+    floor: float
+    share: float
+    places: int
+    nodes: int
+    links: int
+    measure: float | None = None
+
+
+def mean_time_to(cells: np.ndarray, place: str) -> Measure:
+    """The mean time to reach any of the cells of an (nx, ny) bool mask, from everywhere; infinite if none is covered.
+
+    ``place`` is what the cells are called: "the door".
+    """
+
+    def seconds(embedding: Embedding) -> float:
+        there = embedding.unrolling.layout.pack(cells)
+        return mean_time_to_reach(embedding, embedding.network.bundles([plane & there for plane in embedding.planes]))
+
+    return Measure(f"mean time to reach {place}", "s", seconds)
+
+
+def extent(embedding: Embedding, measure: Measure | None = None) -> Extent:
+    """Floor, places, nodes and links of an embedding, and a measure if one is given."""
+    covered = embedding.covered()
+    n_cells = int(np.count_nonzero(covered.any(axis=2)))
+    n_free = int(np.count_nonzero(embedding.environment.free_cells()))
+    return Extent(
+        floor=n_cells * embedding.environment.grid.cell_size**2,
+        share=n_cells / max(n_free, 1),
+        places=int(np.count_nonzero(covered)),
+        nodes=embedding.n_nodes,
+        links=embedding.n_links,
+        measure=None if measure is None else float(measure.of(embedding)),
+    )

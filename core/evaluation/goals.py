@@ -1,0 +1,195 @@
+"""Goals: sets of nodes that stand for "at this place", "in this region", "facing that way", "able to begin that".
+
+Every function returns only nodes of the embedding, and at least one; narrow a goal further with
+``core.embedding.network.intersection``.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes, intersection
+from ..environment.grid import SUBDIVISION
+from ..errors import EvaluationError
+from ..motion.graph import MotionGraph
+from .ablation import Kind, parts
+
+
+def goal_at(embedding: Embedding, position: tuple[float, float], radius: float = 0.0) -> Nodes:
+    """The nodes of any heading in the cell at a world position (m), and in all cells whose centre is within ``radius``.
+
+    On a tiled ground positions repeat.
+
+    Raises
+    ------
+    EvaluationError
+        The position is off the ground, in an obstacle, or at a place where no walk passes; the message names the
+        nearest place that one does pass.
+    """
+    grid = embedding.environment.grid
+    place = np.asarray(position, dtype=float)
+    if place.shape != (2,) or not np.isfinite(place).all() or not radius >= 0:
+        raise EvaluationError(
+            f"The goal at {place.tolist()} with radius {radius} is no place; give x, y and a radius in metres."
+        )
+    size = np.array(grid.shape[:2])
+    cell = grid.cells(place)
+    if not grid.tiled and not np.all((cell >= 0) & (cell < size)):
+        raise EvaluationError(
+            f"The goal at {_place(place)} lies off the ground; move it onto the ground, or make the ground larger."
+        )
+    distance = np.linalg.norm(_offsets(embedding, place), axis=2)
+    mask = distance <= radius
+    mask[tuple(cell % size)] = True
+    goal = _nodes_in(embedding, mask)
+    if not any(goal):
+        covered = embedding.covered().any(axis=2)
+        if not covered.any():
+            raise _nothing_covered()
+        nearest = np.unravel_index(np.argmin(np.where(covered, distance, np.inf)), covered.shape)
+        free = embedding.environment.free_cells()[tuple(cell % size)]
+        reason = "no endless walk passes there" if free else "something stands there"
+        raise EvaluationError(
+            f"The goal at {_place(place)} cannot be reached: {reason}. The nearest place that can be is "
+            f"{distance[nearest]:.2f} m away, at {_place(grid.positions(np.array(nearest)))}."
+        )
+    return goal
+
+
+def goal_in_cells(embedding: Embedding, cells: np.ndarray, name: str = "The goal") -> Nodes:
+    """The nodes of any heading in the cells of an (nx, ny) bool mask; ``name`` begins the message if there are none."""
+    expected = embedding.shape[:2]
+    cells = np.asarray(cells)
+    if cells.shape != expected or cells.dtype != bool:
+        raise EvaluationError(f"{name} is a mask of {cells.shape} {cells.dtype}; the grid needs {expected} bool.")
+    goal = _nodes_in(embedding, cells)
+    if not any(goal):
+        if not cells.any():
+            reason = "it holds no cell of the ground; move it onto the ground, or make it larger than a cell"
+        elif not (embedding.environment.free_cells() & cells).any():
+            reason = "obstacles fill it; move it, or make the character's radius smaller"
+        else:
+            reason = "no endless walk passes there; move it, or add clips that fit in"
+        raise EvaluationError(f"{name} cannot be reached: {reason}.")
+    return goal
+
+
+def goal_in_region(embedding: Embedding, region: str) -> Nodes:
+    """The nodes of any heading in the cells whose centre lies in a region of the environment, by its name."""
+    regions = {mask.name: mask for mask in embedding.environment.regions}
+    if region not in regions:
+        known = ", ".join(f"'{name}'" for name in regions) or "none"
+        raise EvaluationError(f"The scene has no region '{region}' (regions: {known}); mark one, or choose another.")
+    middle = slice(SUBDIVISION // 2, None, SUBDIVISION)
+    return goal_in_cells(embedding, regions[region].mask[middle, middle], f"The region '{region}'")
+
+
+def facing(embedding: Embedding, goal: Nodes, heading: float, tolerance: float = 0.0) -> Nodes:
+    """The nodes of a goal whose heading (rad) is the grid's nearest to ``heading``, or within ``tolerance`` (rad)."""
+    network, grid = embedding.network, embedding.environment.grid
+    if not (np.isfinite(heading) and tolerance >= 0):
+        raise EvaluationError(
+            f"A heading of {heading} with a tolerance of {tolerance} is no direction; give two angles in radians."
+        )
+    off = np.arange(grid.n_headings) * grid.heading_step - heading
+    off = np.abs((off + np.pi) % (2 * np.pi) - np.pi)
+    wanted = (off <= tolerance + 1e-9) | (off == off.min())
+    bundles = network.bundles([network.layout.ground if kept else 0 for kept in wanted.tolist()])
+    narrowed = intersection(intersection(goal, embedding.nodes), bundles * network.n_segments)
+    if not any(narrowed):
+        raise EvaluationError(
+            f"No walk stands at the goal facing {np.degrees(heading):.0f} degrees within {np.degrees(tolerance):.0f}; "
+            "allow a larger tolerance."
+        )
+    return narrowed
+
+
+def goal_with_tag(embedding: Embedding, tag: str) -> Nodes:
+    """The nodes that were arrived at by a segment with a tag on any of its frames: right after doing it."""
+    return goal_after(embedding, segments_with_tag(embedding.graph, tag), f"a segment with the tag '{tag}'")
+
+
+def goal_after(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> Nodes:
+    """The nodes that were arrived at by any of the segments (indices)."""
+    goal = _of_segments(embedding, segments)
+    if not any(goal):
+        raise _cannot_play(embedding, name)
+    return goal
+
+
+def goal_to_begin(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> Nodes:
+    """The nodes from which any of the segments (indices) can be played and leads to a node of the embedding.
+
+    The time to reach it is how soon an action can begin: the local maneuverability of Reitsma & Pollard 2007.
+    """
+    goal = intersection(embedding.network.preimage(_of_segments(embedding, segments)), embedding.nodes)
+    if not any(goal):
+        raise _cannot_play(embedding, name)
+    return goal
+
+
+def segments_with_tag(graph: MotionGraph, tag: str) -> tuple[int, ...]:
+    """Segments with a tag on any frame; EvaluationError, with the tags that there are, if there is none."""
+    tagged = {part.name: part.segments for part in parts(graph, Kind.TAG)}
+    found = tuple(i for i in tagged.get(tag, ()) if np.any(graph.segments[i].tags[tag]))
+    if not found:
+        known = ", ".join(f"'{name}'" for name in tagged) or "none"
+        raise EvaluationError(
+            f"No segment of the motion graph carries the tag '{tag}' (tags: {known}); mark frames of a clip with it."
+        )
+    return found
+
+
+def segments_of_clip(graph: MotionGraph, clip: str) -> tuple[int, ...]:
+    """Segments that were cut from a clip, by its name; EvaluationError, with the reason, if there is none."""
+    cut = {part.name: part.segments for part in parts(graph, Kind.CLIP)}
+    if clip not in cut:
+        dropped = {lost.clip: lost.reason for lost in graph.dropped}
+        reason = f" ({dropped[clip]})" if clip in dropped else ""
+        raise EvaluationError(
+            f"No segment of the motion graph comes from the clip '{clip}'{reason}; choose another, or build the graph "
+            "with a higher threshold."
+        )
+    return cut[clip]
+
+
+def _of_segments(embedding: Embedding, segments: Iterable[int]) -> Nodes:
+    wanted, n_blocks = set(segments), embedding.network.n_blocks
+    return [bundle if index // n_blocks in wanted else 0 for index, bundle in enumerate(embedding.nodes)]
+
+
+def _nodes_in(embedding: Embedding, cells: np.ndarray) -> Nodes:
+    network = embedding.network
+    bundle = network.bundles([network.layout.pack(cells)] * network.bundled)[0]
+    return [nodes & bundle for nodes in embedding.nodes]
+
+
+def _offsets(embedding: Embedding, position: np.ndarray) -> np.ndarray:
+    """(nx, ny, 2) metres from the position to each cell's centre, the short way around a tiled ground."""
+    grid = embedding.environment.grid
+    offset = grid.positions(np.moveaxis(np.indices(grid.shape[:2]), 0, -1)) - position
+    if grid.tiled:
+        size = np.array(grid.size)
+        offset -= np.round(offset / size) * size
+    return offset
+
+
+def _place(position: np.ndarray) -> str:
+    return f"({position[0]:.2f}, {position[1]:.2f})"
+
+
+def _nothing_covered() -> EvaluationError:
+    return EvaluationError(
+        "The embedding is empty: no endless walk fits into this scene. Use more or shorter clips, a smaller radius or "
+        "a wider footprint, or remove obstacles."
+    )
+
+
+def _cannot_play(embedding: Embedding, name: str) -> EvaluationError:
+    if not embedding.n_nodes:
+        return _nothing_covered()
+    return EvaluationError(
+        f"No walk of the embedding plays {name}: it fits nowhere in this scene, or does not lead back. Make room for "
+        "it, or add clips that lead to it and away from it."
+    )

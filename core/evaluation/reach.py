@@ -1,0 +1,320 @@
+"""How long it takes to get from everywhere to a goal, and from a start to everywhere (paper, section 4.1.2)."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes, intersection
+from ..errors import EvaluationError
+from ..progress import Progress, finish
+from .wavefront import NEVER, backward_front, forward_front, wave_steps
+
+#: Seconds for which the paper shows what lies within reach (Fig. 8).
+PAPER_TIMES = (2.0, 3.0, 5.0, 7.0)
+
+
+@dataclass(frozen=True)
+class ReachField:
+    """Exact shortest times between every node of an embedding and a set of nodes.
+
+    The time of a link is that of the segment it plays; places between the nodes of a walk do not count.
+
+    Attributes
+    ----------
+    embedding : Embedding
+    goal : Nodes
+        The set of nodes that times count to, or from; 0 there.
+    forwards : bool
+        False: times to the goal. True: times from it.
+    limit : float
+        Seconds after which the search ended; infinite if it went on to the end.
+    frames : (n_groups, n_headings, nx, ny) uint16 array
+        Frames of every place, 65535 where there is no way; it says nothing about whether a node stands there, and
+        counts the goal's own nodes like all others. See :meth:`frames_at` for single nodes.
+    group_of : tuple of int
+        For each segment the group that holds its times. Backwards, segments with the same children share them.
+    """
+
+    embedding: Embedding
+    goal: Nodes
+    forwards: bool
+    limit: float
+    frames: np.ndarray
+    group_of: tuple[int, ...]
+
+    @property
+    def frame_rate(self) -> float:
+        return self.embedding.graph.frame_rate
+
+    def frames_at(self, nodes: Sequence[int] | np.ndarray) -> np.ndarray:
+        """Frames of nodes: () uint16 for x, y, heading, segment; (n,) uint16 for (n, 4) rows of them.
+
+        65535 where there is no way within the limit, or no node. On a tiled ground x and y may lie beyond it.
+        """
+        x, y, heading, segment = np.moveaxis(np.asarray(nodes), -1, 0)
+        nx, ny, n_headings, _ = self.embedding.shape
+        on_ground = np.asarray((x >= 0) & (x < nx) & (y >= 0) & (y < ny)) | self.embedding.environment.grid.tiled
+        x, y = x % nx, y % ny
+        plane, bit = segment * n_headings + heading, self.embedding.network.layout.bit(x, y)
+        frames = self.frames[np.asarray(self.group_of)[segment], heading, x, y]
+        frames = np.where(_bits(self._goal_rows, plane, bit), np.uint16(0), frames)
+        return np.where(_bits(self._node_rows, plane, bit) & on_ground, frames, np.uint16(NEVER))
+
+    def on_quickest_way(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """(n,) bool: whether the links from (n, 4) nodes to (n, 4) nodes are on a quickest way to the goal, or from it.
+
+        Exactly: what the link takes is what the times differ by. Every node with a time other than 0 has such a link
+        (out of it backwards, into it forwards), so that whoever follows them arrives after just that time.
+        """
+        starts, ends = np.asarray(starts), np.asarray(ends)
+        taken = np.array([segment.n_frames - 1 for segment in self.embedding.graph.segments])[ends[:, 3]]
+        near, away = (starts, ends) if self.forwards else (ends, starts)
+        near, away = self.frames_at(near).astype(int), self.frames_at(away).astype(int)
+        return (away != NEVER) & (away > 0) & (near + taken == away)
+
+    def frames_of(self, segment: int) -> np.ndarray:
+        """(nx, ny, n_headings) uint16: frames of the nodes of a segment; 65535 where there is no way, or no node."""
+        n_headings, unpack = self.embedding.shape[2], self.embedding.network.layout.unpack
+        frames = np.empty(self.embedding.shape[:3], dtype=np.uint16)
+        for heading in range(n_headings):
+            plane = segment * n_headings + heading
+            nodes, goal = self.embedding.planes[plane], self._goal_planes[plane]
+            here = np.where(unpack(nodes), self.frames[self.group_of[segment], heading], np.uint16(NEVER))
+            here[unpack(goal)] = 0
+            frames[:, :, heading] = here
+        return frames
+
+    def seconds(self) -> np.ndarray:
+        """(nx, ny, n_headings, n_segments) float32: seconds of every node; infinite where there is no way, or no node.
+
+        For small problems: four bytes for each place and segment.
+        """
+        seconds = np.empty(self.embedding.shape, dtype=np.float32)
+        for segment in range(self.embedding.shape[3]):
+            seconds[..., segment] = self._in_seconds(self.frames_of(segment))
+        return seconds
+
+    def quickest(self) -> np.ndarray:
+        """(nx, ny, n_headings) float32: seconds of the best segment to have come by; infinite where there is no way."""
+        return self._in_seconds(self._quickest_frames.transpose(1, 2, 0))
+
+    def floor(self) -> np.ndarray:
+        """(nx, ny) float32: seconds in the best heading; infinite where there is no way."""
+        return self._in_seconds(self._quickest_frames.min(axis=0))
+
+    def area_within(self, time: float) -> float:
+        """Square metres of the cells from which the goal is reached (or which are reached) within ``time`` seconds."""
+        n_cells = np.count_nonzero(self._quickest_frames.min(axis=0) <= self._whole_frames(time))
+        return float(n_cells * self.embedding.environment.grid.cell_size**2)
+
+    def areas(self, times: Sequence[float] = PAPER_TIMES) -> list[float]:
+        """Square metres within each of some times, by default those of the paper's Fig. 8."""
+        return [self.area_within(time) for time in times]
+
+    def bands(self, times: Sequence[float] = PAPER_TIMES) -> np.ndarray:
+        """(nx, ny) int: for the maps of Fig. 8: the index of the first of the ascending ``times`` that suffices,
+        len(times) where none does."""
+        limits = np.array([self._whole_frames(time) for time in times])
+        return np.searchsorted(limits, self._quickest_frames.min(axis=0), side="left")
+
+    def within(self, time: float) -> Nodes:
+        """The nodes whose time is at most ``time`` seconds, as a set of the embedding's network."""
+        network = self.embedding.network
+        reached = [self._packed(group <= self._whole_frames(time)) for group in self.frames]
+        nodes = []
+        for segment, group in enumerate(self.group_of):
+            first = segment * network.n_blocks
+            for block, bundle in enumerate(reached[group], first):
+                nodes.append(bundle & self.embedding.nodes[block] | self.goal[block])
+        return nodes
+
+    def histogram(self) -> np.ndarray:
+        """(n,) int: how many nodes have a time of 0, 1, 2, ... frames; nodes out of reach are in no place."""
+        counts = np.zeros(NEVER + 1, dtype=np.int64)
+        for segment in range(self.embedding.shape[3]):
+            counts += np.bincount(self.frames_of(segment).ravel(), minlength=NEVER + 1)
+        reached = counts[:NEVER]
+        return reached[: int(np.flatnonzero(reached).max(initial=-1)) + 1]
+
+    def _packed(self, reached: np.ndarray) -> Nodes:
+        """The bundles of a (n_headings, nx, ny) bool array."""
+        network = self.embedding.network
+        return network.bundles([network.layout.pack(cells) for cells in reached])
+
+    def _whole_frames(self, time: float) -> int:
+        """The last frame that is not later than ``time``; a time that was computed from frames is the same frame."""
+        if not time >= 0:
+            raise EvaluationError(f"A time of {time} s lies before the start; ask for zero seconds or more.")
+        return int(min(np.floor(time * self.frame_rate + 1e-3), NEVER - 1))
+
+    def _in_seconds(self, frames: np.ndarray) -> np.ndarray:
+        seconds = (frames / np.float32(self.frame_rate)).astype(np.float32)
+        seconds[frames == NEVER] = np.inf
+        return seconds
+
+    @cached_property
+    def _quickest_frames(self) -> np.ndarray:
+        """(n_headings, nx, ny) uint16: frames of the best segment."""
+        network = self.embedding.network
+        unpack, n_headings = network.layout.unpack, network.n_headings
+        standing = [0] * (len(self.frames) * n_headings)
+        at_goal = [0] * n_headings
+        for plane, (nodes, goal) in enumerate(zip(self.embedding.planes, self._goal_planes, strict=True)):
+            segment, heading = divmod(plane, n_headings)
+            standing[self.group_of[segment] * n_headings + heading] |= nodes
+            at_goal[heading] |= goal
+        quickest = np.full(self.frames.shape[1:], NEVER, dtype=np.uint16)
+        for index, nodes in enumerate(standing):
+            if nodes:
+                group, heading = divmod(index, n_headings)
+                np.minimum(
+                    quickest[heading],
+                    np.where(unpack(nodes), self.frames[group, heading], np.uint16(NEVER)),
+                    quickest[heading],
+                )
+        for heading, goal in enumerate(at_goal):
+            if goal:
+                quickest[heading][unpack(goal)] = 0
+        return quickest
+
+    @cached_property
+    def _goal_planes(self) -> list[int]:
+        return [plane for bundle in self.goal for plane in self.embedding.network.planes(bundle)]
+
+    @cached_property
+    def _goal_rows(self) -> np.ndarray:
+        return self._rows(self._goal_planes)
+
+    @cached_property
+    def _node_rows(self) -> np.ndarray:
+        return self._rows(self.embedding.planes)
+
+    def _rows(self, planes: Sequence[int]) -> np.ndarray:
+        """(planes, bytes of a plane) uint8: a bit of a long integer would cost a shift of all of it."""
+        size = self.embedding.network.plane_bytes
+        raw = b"".join([plane.to_bytes(size, "little") for plane in planes])
+        return np.frombuffer(raw, dtype=np.uint8).reshape(-1, size)
+
+
+def _bits(rows: np.ndarray, row: np.ndarray, bit: np.ndarray) -> np.ndarray:
+    return (rows[row, bit >> 3] >> (bit & 7) & 1).astype(bool)
+
+
+def time_to_reach(embedding: Embedding, goal: Nodes, limit: float | None = None) -> ReachField:
+    """Exact shortest time from every node of the embedding to a set of its nodes.
+
+    Parameters
+    ----------
+    goal : Nodes
+        A set of ``embedding.network``; what of it is not in the embedding does not count. See :mod:`.goals`.
+    limit : float, optional
+        Seconds after which the search ends; nodes that are farther count as out of reach.
+
+    Raises
+    ------
+    EvaluationError
+        No node of the goal is in the embedding, or the limit is negative.
+    EmbeddingError
+        The times would take more than ``embedding.settings.memory_limit`` bytes.
+    """
+    return finish(time_to_reach_steps(embedding, goal, limit))
+
+
+def time_to_reach_steps(
+    embedding: Embedding, goal: Nodes, limit: float | None = None
+) -> Generator[Progress, None, ReachField]:
+    """As :func:`time_to_reach`, as a generator that yields progress and may be closed at any moment."""
+    goal = _within(embedding, goal)
+    frames = yield from merged_frames_steps(embedding, goal, _last_frame(embedding, limit))
+    group_of = tuple(embedding.network.merge_of)
+    return ReachField(embedding, goal, False, np.inf if limit is None else limit, frames, group_of)
+
+
+def merged_frames_steps(
+    embedding: Embedding,
+    goal: Nodes,
+    last: int | None = None,
+    delayed: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Generator[Progress, None, np.ndarray]:
+    """(n_merges, n_headings, nx, ny) uint16: least frames of ways by at least one link to ``goal``, or to one of the
+    ``delayed`` nodes (n, 4) and from there as many frames (n,) more; 65535 where there is none within ``last``."""
+    network = embedding.network
+    of_forks = yield from wave_steps(embedding, backward_front(embedding), goal, last, delayed)
+    # A node's time is the least that its segment's children say, and those are told apart by forks.
+    nx, ny, n_headings, _ = embedding.shape
+    frames = np.empty((len(network.forks_after), n_headings, nx, ny), dtype=np.uint16)
+    least = np.empty(of_forks.shape[1:], dtype=np.uint16)
+    for merged, forks in zip(frames, network.forks_after, strict=True):
+        least.fill(NEVER)
+        for fork in forks:
+            np.minimum(least, of_forks[fork], least)
+        merged[...] = _ground(least, embedding)
+    return frames
+
+
+def mean_time_to_reach(embedding: Embedding, goal: Nodes) -> float:
+    """Mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
+
+    A number to compare embeddings by, as :class:`.extent.Measure` wants it.
+    """
+    if not any(intersection(goal, embedding.nodes)):
+        return float("inf")
+    counts = time_to_reach(embedding, goal).histogram()
+    return float(counts @ np.arange(len(counts))) / counts.sum() / embedding.graph.frame_rate
+
+
+def time_from(embedding: Embedding, start: Nodes, limit: float | None = None) -> ReachField:
+    """Exact shortest time from a set of nodes of the embedding to every node; see :func:`time_to_reach`."""
+    return finish(time_from_steps(embedding, start, limit))
+
+
+def time_from_steps(
+    embedding: Embedding, start: Nodes, limit: float | None = None
+) -> Generator[Progress, None, ReachField]:
+    """As :func:`time_from`, as a generator that yields progress and may be closed at any moment."""
+    network = embedding.network
+    start = _within(embedding, start)
+    last = _last_frame(embedding, limit)
+    seed = []
+    for parents in network.parents:
+        for block in range(network.n_blocks):
+            starts = 0
+            for parent in parents:
+                starts |= start[parent * network.n_blocks + block]
+            seed.append(starts)
+    frames = yield from wave_steps(embedding, forward_front(embedding), seed, last)
+    frames = np.ascontiguousarray(_ground(frames, embedding))
+    limit = np.inf if limit is None else limit
+    return ReachField(embedding, start, True, limit, frames, tuple(range(network.n_segments)))
+
+
+def _within(embedding: Embedding, nodes: Nodes) -> Nodes:
+    if embedding.n_nodes == 0:
+        raise EvaluationError(
+            "The embedding is empty: no endless walk fits into this scene, so nothing can be reached. Use more or "
+            "shorter clips, a smaller radius or a wider footprint, or remove obstacles."
+        )
+    nodes = intersection(nodes, embedding.nodes)
+    if not any(nodes):
+        raise EvaluationError(
+            "No walk of the embedding ever stands at the goal; choose a place that the character can get to."
+        )
+    return nodes
+
+
+def _last_frame(embedding: Embedding, limit: float | None) -> int | None:
+    if limit is None or limit == np.inf:
+        return None
+    if not limit >= 0:
+        raise EvaluationError(f"The time limit is {limit} s; it must be zero or more.")
+    return int(np.floor(limit * embedding.graph.frame_rate + 1e-3))
+
+
+def _ground(table: np.ndarray, embedding: Embedding) -> np.ndarray:
+    """(..., n_headings, nx, ny): the ground part of (..., n_headings, n_bits)."""
+    layout = embedding.network.layout
+    rows = table.reshape(*table.shape[:-1], -1, layout.stride)
+    return rows[..., layout.halo_x : layout.halo_x + layout.nx, layout.halo_y : layout.halo_y + layout.ny]

@@ -1,0 +1,195 @@
+"""Ablation against the component of explicit links, and the guarantee of joint deletion."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.footprint import FootprintSettings
+from core.environment.environment import Environment
+from core.environment.grid import Grid
+from core.errors import EmbeddingError
+from core.evaluation.ablation import (
+    Kind,
+    Verdict,
+    ablate,
+    ablate_steps,
+    parts,
+    without,
+    without_steps,
+)
+from core.evaluation.deletion import deletable_together
+from core.evaluation.extent import Extent, Measure, extent, mean_time_to
+from core.motion.graph import MotionGraph, MotionSegment
+from core.progress import finish
+from tests.bench import problems
+
+from .reference import explicit_embedding, random_problem
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+def slow_extent(embedding, slow, gone):
+    """Floor, places, nodes and links of the largest component of the explicit links between the nodes left."""
+    segment = np.unravel_index(slow.nodes, slow.shape)[3]
+    alive = np.zeros(np.prod(slow.shape), dtype=bool)
+    alive[slow.nodes[~np.isin(segment, list(gone))]] = True
+    links = slow.links[alive[slow.links[:, 0]] & alive[slow.links[:, 1]]]
+    matrix = sparse.csr_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(len(alive),) * 2)
+    _, label = connected_components(matrix, directed=True, connection="strong")
+    size = np.bincount(label)
+    looped = np.zeros(len(size), dtype=bool)
+    looped[label[links[links[:, 0] == links[:, 1], 0]]] = True
+    size = np.where((size > 1) | looped, size, 0)
+    mask = label == label[np.argmax(size[label])] if size.max() else np.zeros(len(alive), dtype=bool)
+    covered = mask.reshape(slow.shape).any(axis=3)
+    free = np.count_nonzero(embedding.environment.free_cells())
+    n_cells = np.count_nonzero(covered.any(axis=2))
+    return Extent(
+        floor=n_cells * embedding.environment.grid.cell_size**2,
+        share=n_cells / max(free, 1),
+        places=np.count_nonzero(covered),
+        nodes=np.count_nonzero(mask),
+        links=np.count_nonzero(mask[links[:, 0]] & mask[links[:, 1]]),
+    )
+
+
+@cache
+def random_embedding(seed, tiled):
+    """A random problem whose segments belong to clips of one or two."""
+    graph, environment = random_problem(seed, tiled)
+    rng = np.random.default_rng(seed)
+    clip = np.sort(rng.integers(0, 3, len(graph.segments))).tolist()
+    segments = tuple(type(s)(**{**vars(s), "clip": c}) for s, c in zip(graph.segments, clip, strict=True))
+    graph = MotionGraph((), graph.frame_rate, segments, graph.links, graph.link_costs)
+    return embed(graph, environment, SETTINGS)
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_every_loss_equals_that_of_the_explicit_links(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
+    found = ablate(embedding)
+    assert found.before == slow_extent(embedding, slow, ())
+    for loss in found.losses:
+        assert loss.left == slow_extent(embedding, slow, loss.part.segments), loss.part
+    assert [loss.part for loss in found.losses] == [p for kind in Kind for p in parts(embedding.graph, kind)]
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_what_is_left_does_not_depend_on_where_the_search_starts(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    n_segments = len(embedding.graph.segments)
+    rng = np.random.default_rng(seed)
+    fewer = set(rng.integers(0, n_segments, 2).tolist())
+    core = without(embedding, fewer)
+    one = {min(fewer)}
+    quick = finish(without_steps(embedding, one, core.nodes))
+    assert quick.planes == without(embedding, one).planes
+    assert quick.nodes == restrict(embedding, quick.nodes).nodes
+
+
+def test_the_recorded_clips_are_ablated_exactly(data_folder):
+    """The shortcut against the plain search, on a cropped room with enough clips to be grouped."""
+    embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
+    assert embedding.n_nodes > 10_000
+    found = ablate(embedding)
+    assert len(found.losses) > 60
+    for loss in found.losses:
+        assert loss.left == extent(without(embedding, loss.part.segments))
+    clips = found.ranked(Kind.CLIP)
+    assert [loss.floor for loss in clips] == sorted((loss.floor for loss in clips), reverse=True)
+    for loss in found.losses:
+        assert (loss.verdict is Verdict.DELETABLE) == (loss.left.places == loss.before.places)
+    columns, rows = found.table()
+    assert len(rows) == len(found.losses) and all(len(row) == len(columns) for row in rows)
+    for loss, sentence in zip(clips, found.describe()[1:], strict=True):
+        assert loss.part.name in sentence and loss.verdict.name.lower() in sentence
+
+
+def corner_room():
+    """A walk of one cell and a quarter turn on the spot, in a room of 6 x 6 cells: useless without each other."""
+    path = np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], dtype=float)
+    turn = np.array([[0, 0, 0], [0, 0, np.pi / 4], [0, 0, np.pi / 2]])
+    segments = tuple(
+        MotionSegment(name, i, 0, 2, path, 2 / 30, {})
+        for i, (name, path) in enumerate([("walk", path), ("turn", turn)])
+    )
+    links = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    grid = Grid((6, 6, 4), 0.2)
+    return embed(MotionGraph((), 30.0, segments, links, np.zeros(4)), Environment(grid, np.zeros((24, 24), dtype=bool)))
+
+
+def test_what_everything_needs_is_essential():
+    found = ablate(corner_room())
+    assert found.before.floor == pytest.approx(36 * 0.2**2)
+    walk, turn = found.losses[:2]
+    assert (walk.verdict, turn.verdict) == (Verdict.ESSENTIAL, Verdict.ESSENTIAL)
+    assert walk.left.floor == pytest.approx(0.2**2) and walk.left.nodes == 4 and turn.left.nodes == 0
+    assert "97.2 %" in walk.describe()
+    assert turn.describe() == "Segment 'turn' is essential: without it no endless walk is left."
+    assert deletable_together(corner_room(), 0.9).parts == ()
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.1, 0.5, 1.0]))
+def test_what_is_deleted_together_costs_no_more_than_allowed(seed, allowed):
+    embedding = random_embedding(seed, False)
+    found = deletable_together(embedding, allowed, Kind.SEGMENT)
+    gone = set()
+    for part, left in zip(found.parts, found.left_after, strict=True):
+        gone.update(part.segments)
+        assert left == extent(without(embedding, gone))
+    assert found.left == (found.left_after[-1] if found.left_after else found.before)
+    assert found.left.floor >= found.before.floor * (1 - allowed) - 1e-9
+    if not embedding.n_nodes:
+        return
+    for part in parts(embedding.graph, Kind.SEGMENT):
+        if not gone.issuperset(part.segments):
+            more = extent(without(embedding, gone.union(part.segments)))
+            assert more.nodes == 0 or more.floor < found.before.floor * (1 - allowed)
+
+
+def test_joint_deletion_is_not_the_sum_of_single_ones(data_folder):
+    """On the recorded clips, all that are deletable one by one cannot go together with nothing lost."""
+    embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
+    found = deletable_together(embedding, 0.02)
+    assert 0 < len(found.parts) < len(parts(embedding.graph, Kind.CLIP))
+    assert 0 <= found.share <= 0.02
+    singly = {loss.part for loss in ablate(embedding, [Kind.CLIP]).losses if loss.share <= 0.02}
+    together = extent(without(embedding, {i for part in singly for i in part.segments}))
+    assert together.floor < 0.98 * found.before.floor
+    assert found.parts[0].name in found.describe()[0]
+
+
+def test_a_measure_is_taken_of_everything_that_is_left(data_folder):
+    embedding = embed(problems.graph(0.12), problems.room(3.0, 3.0))
+    found = ablate(embedding, [Kind.CLIP], Measure("number of nodes", "nodes", lambda e: e.n_nodes))
+    assert all(loss.measure == -loss.nodes for loss in found.losses)
+    assert "number of nodes, rise (nodes)" in found.table()[0]
+
+
+def test_the_mean_time_to_a_place_rises_when_motions_go():
+    embedding = corner_room()
+    door = np.zeros((6, 6), dtype=bool)
+    door[0, 0] = True
+    found = ablate(embedding, [Kind.SEGMENT], mean_time_to(door, "the door"))
+    assert 0 < found.before.measure < np.inf
+    assert [loss.measure for loss in found.losses] == [
+        -found.before.measure if loss.left.measure == 0 else np.inf for loss in found.losses
+    ]
+    assert "mean time to reach the door, rise (s)" in found.table()[0]
+    nowhere = ablate(embedding, [Kind.SEGMENT], mean_time_to(~door & door, "nothing"))
+    assert [loss.measure for loss in nowhere.losses] == [0.0, 0.0]
+
+
+def test_progress_rises_and_a_wrong_share_is_refused():
+    embedding = random_embedding(3, False)
+    fractions = [progress.fraction for progress in ablate_steps(embedding)]
+    assert fractions == sorted(fractions) and all(0 <= f <= 1 for f in fractions)
+    with pytest.raises(EmbeddingError, match="between 0 and 1"):
+        deletable_together(embedding, 1.5)

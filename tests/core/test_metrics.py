@@ -1,0 +1,271 @@
+"""The metrics of an embedding against the links written out one by one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+
+from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.footprint import FootprintSettings
+from core.environment.environment import Environment
+from core.environment.grid import Grid
+from core.errors import EvaluationError
+from core.evaluation.ablation import Kind, parts
+from core.evaluation.action_coverage import action_coverage
+from core.evaluation.detours import detours
+from core.evaluation.environment_coverage import environment_coverage
+from core.evaluation.geodesic import Geodesics
+from core.evaluation.link_utility import link_utility
+from core.evaluation.maneuverability import maneuverabilities
+from core.evaluation.path_efficiency import mean_speed, path_efficiency
+from core.evaluation.turn_balance import turn_balance
+
+from .motion_graphs import sample_graph
+from .reference import random_problem
+from .slow_motions import slower
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+SEEDS = st.integers(0, 10**6)
+
+
+def random_embedding(seed, tiled, slowness=1):
+    graph, environment = random_problem(seed, tiled)
+    # A tag is noted only where some frame carries it.
+    segments = [replace(s, tags={t: mask for t, mask in s.tags.items() if mask.any()}) for s in graph.segments]
+    return embed(slower(replace(graph, segments=tuple(segments)), slowness), environment, SETTINGS)
+
+
+def room_embedding():
+    grid = Grid.over_rectangle((0, 0), (4, 4), 0.25, 8)
+    blocked = np.zeros((64, 64), dtype=bool)
+    blocked[28:36, 10:36] = True
+    return embed(sample_graph(), Environment(grid, blocked))
+
+
+def all_links(embedding):
+    """(L, 3): start node, end node (indices into the raveled shape) and stencil of each link; parallel ones too."""
+    mask, shape = embedding.node_mask(), embedding.shape
+    stencils = embedding.unrolling.stencils
+    found = []
+    for k, valid in enumerate(embedding.unrolling.valid):
+        for x, y in embedding.unrolling.layout.cells(valid).tolist():
+            segment = int(stencils.segment[k])
+            end = (
+                (x + stencils.dx[k]) % shape[0],
+                (y + stencils.dy[k]) % shape[1],
+                stencils.destination_heading[k],
+                segment,
+            )
+            for parent in embedding.network.parents[segment]:
+                start = (x, y, stencils.heading[k], parent)
+                if mask[start] and mask[end]:
+                    found.append((np.ravel_multi_index(start, shape), np.ravel_multi_index(end, shape), k))
+    return np.array(found, dtype=np.int64).reshape(-1, 3)
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.booleans())
+def test_environment_coverage(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    found, free = environment_coverage(embedding), embedding.environment.free_cells()
+    covered = embedding.node_mask().any(axis=3)
+    cell = embedding.environment.grid.cell_size**2
+    inside = [(x, y, h) for x, y, h in np.argwhere(covered).tolist() if free[x, y]]
+    places = {(x, y) for x, y, _ in inside}
+    n_free = max(np.count_nonzero(free), 1)
+    assert np.array_equal(found.covered, covered)
+    assert found.covered_area == pytest.approx(len(places) * cell)
+    assert found.position_share == pytest.approx(len(places) / n_free)
+    assert found.task_share == pytest.approx(len(inside) / (n_free * covered.shape[2]))
+    assert found.by_heading == pytest.approx([sum(i[2] == h for i in inside) / n_free for h in range(covered.shape[2])])
+    full = [p for p in places if covered[p].all()]
+    assert found.full_area == pytest.approx(len(full) * cell)
+    assert "free floor" in found.describe()
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.booleans(), st.sampled_from(Kind))
+def test_action_coverage(seed, tiled, kind):
+    embedding = random_embedding(seed, tiled)
+    found, links, shape = action_coverage(embedding, kind), all_links(embedding), embedding.shape
+    free = embedding.environment.free_cells()
+    assert list(found.actions) == parts(embedding.graph, kind)
+    for index, action in enumerate(found.actions):
+        begins = np.zeros(shape[:2], dtype=bool)
+        for start, end, _ in links.tolist():
+            if end % shape[3] in action.segments:
+                begins[np.unravel_index(start, shape)[:2]] = True
+        assert np.array_equal(found.begins[index], begins)
+        n_cells = np.count_nonzero(begins & free)
+        assert found.areas[index] == pytest.approx(n_cells * embedding.environment.grid.cell_size**2)
+        assert found.shares[index] == pytest.approx(n_cells / max(np.count_nonzero(free), 1))
+    assert found.ranked() == sorted(range(len(found.actions)), key=lambda i: found.areas[i])
+    assert found.describe()
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.booleans())
+def test_turn_balance(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    found, links, shape = turn_balance(embedding), all_links(embedding), embedding.shape
+    turn = embedding.unrolling.stencils.turn[links[:, 2]]
+    angle = np.zeros((2, *shape[:2]))
+    for start, turned in zip(links[:, 0].tolist(), turn.tolist(), strict=True):
+        cell = np.unravel_index(start, shape)[:2]
+        angle[(int(turned < 0), *cell)] += abs(turned) * embedding.environment.grid.heading_step
+    assert np.allclose(found.left, angle[0]) and np.allclose(found.right, angle[1])
+    assert (found.n_left, found.n_right, found.n_straight) == ((turn > 0).sum(), (turn < 0).sum(), (turn == 0).sum())
+    with np.errstate(invalid="ignore"):
+        assert np.allclose(found.balance, (angle[0] - angle[1]) / angle.sum(axis=0), equal_nan=True)
+    total = angle.sum(axis=(1, 2))
+    assert found.total == pytest.approx((total[0] - total[1]) / total.sum() if total.any() else 0)
+    assert found.describe()
+
+
+def hanging(links, nodes, kept, gone=()):
+    """How many of the nodes have no link to them or none from them, among the links kept, or are gone."""
+    alive = np.intersect1d(np.intersect1d(nodes, links[kept, 0]), links[kept, 1])
+    return len(np.union1d(np.setdiff1d(nodes, alive), np.intersect1d(nodes, gone)))
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.booleans())
+def test_link_utility(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    found, links, n_segments = link_utility(embedding), all_links(embedding), embedding.shape[3]
+    nodes = np.flatnonzero(embedding.node_mask())
+    before, after = links[:, 0] % n_segments, links[:, 1] % n_segments
+    assert (found.n_links, found.n_nodes) == (len(links), len(nodes))
+    for index, (a, b) in enumerate(embedding.graph.links.tolist()):
+        plays = (before == a) & (after == b)
+        assert found.link_uses[index] == np.count_nonzero(plays)
+        assert found.link_hanging[index] == hanging(links, nodes, ~plays)
+    for segment in range(n_segments):
+        assert found.segment_uses[segment] == np.count_nonzero(after == segment)
+        own = nodes[nodes % n_segments == segment]
+        # Without its nodes the links to them and from them are gone.
+        kept = (before != segment) & (after != segment)
+        assert found.segment_hanging[segment] == hanging(links, nodes, kept, own)
+    assert np.array_equal(found.idle_links, np.flatnonzero(found.link_uses == 0))
+    assert found.describe()
+
+
+@settings(max_examples=40)
+@given(SEEDS, st.booleans(), st.sampled_from(Kind))
+def test_maneuverability(seed, tiled, kind):
+    embedding = random_embedding(seed, tiled, 5)
+    nodes, links = embedding.to_csr()
+    if len(nodes) == 0:
+        return
+    found = maneuverabilities(embedding, kind)
+    assert [m.action for m in found] == parts(embedding.graph, kind)
+    start, end = links.nonzero()
+    cell = nodes[:, 0] * embedding.shape[1] + nodes[:, 1]
+    for one in found:
+        able = np.unique(start[np.isin(nodes[end, 3], one.action.segments)])
+        if len(able) == 0:
+            assert np.isinf(one.mean) and np.isinf(one.worst) and np.isnan(one.floor).all()
+            assert "nowhere" in one.describe()
+            continue
+        seconds = np.round(dijkstra(links.T, indices=able, min_only=True) * 30) / 30
+        assert (one.mean, one.worst) == (pytest.approx(seconds.mean()), pytest.approx(seconds.max()))
+        assert one.at_once == pytest.approx((seconds == 0).mean())
+        assert one.promptly == pytest.approx((seconds <= 1).mean())
+        total = np.bincount(cell, seconds, embedding.shape[0] * embedding.shape[1])
+        n_nodes = np.bincount(cell, minlength=len(total))
+        floor = np.where(n_nodes > 0, total / np.maximum(n_nodes, 1), np.nan)
+        assert np.allclose(one.floor.ravel(), floor, equal_nan=True)
+        assert one.describe()
+
+
+def quickest_between(embedding, starts, goals):
+    """Seconds from the (n, 2) start cells to the (n, 2) goal cells, best headings, over written-out links."""
+    nodes, links = embedding.to_csr()
+    cell = nodes[:, 0] * embedding.shape[1] + nodes[:, 1]
+    seconds = []
+    for start, goal in zip(starts, goals, strict=True):
+        there = np.flatnonzero(cell == goal[0] * embedding.shape[1] + goal[1])
+        times = dijkstra(sparse.csr_array(links.T), indices=there, min_only=True)
+        seconds.append(times[cell == start[0] * embedding.shape[1] + start[1]].min())
+    return np.array(seconds)
+
+
+def test_path_efficiency():
+    embedding = room_embedding()
+    found = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
+    assert len(found.seconds) == 20 and len(np.unique(found.goals, axis=0)) == 6
+    covered = embedding.covered().any(axis=2)
+    assert covered[tuple(found.starts.T)].all() and covered[tuple(found.goals.T)].all()
+    assert np.allclose(found.seconds, quickest_between(embedding, found.starts, found.goals), atol=1e-5)
+    geodesics = Geodesics(embedding.environment)
+    metres = [geodesics.distances(start)[0][tuple(goal)] for start, goal in zip(found.starts, found.goals, strict=True)]
+    assert np.allclose(found.metres, metres) and found.metres.min() >= 1
+    assert found.speed == pytest.approx(mean_speed(embedding.graph))
+    assert np.allclose(found.efficiency * found.seconds * found.speed, found.metres)
+    assert found.efficiency[found.worst] == found.efficiency.min()
+    assert f"{100 * found.mean:.0f} %" in found.describe()
+    again = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
+    assert np.array_equal(found.starts, again.starts)
+    assert np.allclose(
+        path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6, speed=2.0).efficiency * 2.0,
+        found.efficiency * found.speed,
+    )
+
+
+def test_detours():
+    embedding = room_embedding()
+    found = detours(embedding, spacing=1.5, radii=(0.8, 1.7))
+    covered = embedding.covered()
+    nodes, links = embedding.to_csr()
+    geodesics = Geodesics(embedding.environment)
+    assert 2 < len(found.goals) < 12
+    values = {tuple(place): [] for place in np.argwhere(covered.any(axis=2)).tolist()}
+    for goal in found.goals:
+        there = np.flatnonzero((nodes[:, :2] == goal).all(axis=1))
+        times = np.full(embedding.shape, np.inf)
+        times[tuple(nodes.T)] = dijkstra(links.T, indices=there, min_only=True)
+        quickest = times.min(axis=3)
+        metres = geodesics.distances(goal)[0]
+        for place, longer in values.items():
+            if 0.8 <= metres[place] <= 1.7:
+                seconds = quickest[place][covered[place]].mean()
+                longer.append((seconds - metres[place] / found.speed, tuple(goal.tolist())))
+    assert sum(len(longer) for longer in values.values()) > 50
+    for place in np.ndindex(covered.shape[:2]):
+        longer = values.get(place, [])
+        assert found.n_near[place] == len(longer)
+        if longer:
+            assert found.mean[place] == pytest.approx(np.mean([seconds for seconds, _ in longer]), abs=1e-4)
+            assert found.worst[place] == pytest.approx(max(longer)[0], abs=1e-4)
+            assert tuple(found.worst_goal[place].tolist()) in {goal for s, goal in longer if s > max(longer)[0] - 1e-4}
+        else:
+            assert np.isnan(found.mean[place]) and np.isnan(found.worst[place])
+            assert tuple(found.worst_goal[place]) == (-1, -1)
+    assert f"{np.nanmax(found.worst):.1f} s longer" in found.describe()
+
+
+def test_what_cannot_be_measured_is_said():
+    embedding = room_embedding()
+    nothing = restrict(embedding, [0] * len(embedding.nodes))
+    rng = np.random.default_rng(0)
+    with pytest.raises(EvaluationError, match="empty"):
+        maneuverabilities(nothing, Kind.CLIP)
+    with pytest.raises(EvaluationError, match="No two places"):
+        path_efficiency(nothing, rng)
+    with pytest.raises(EvaluationError, match="ask for one or more"):
+        path_efficiency(embedding, rng, n_pairs=0)
+    with pytest.raises(EvaluationError, match="No place"):
+        detours(nothing)
+    with pytest.raises(EvaluationError, match="cannot be looked at"):
+        detours(embedding, radii=(2.0, 1.0))
+    with pytest.raises(EvaluationError, match="speed"):
+        detours(embedding, speed=0.0)
+    still = [replace(s, path=np.zeros_like(s.path)) for s in embedding.graph.segments]
+    with pytest.raises(EvaluationError, match="travels"):
+        mean_speed(replace(embedding.graph, segments=tuple(still)))
+    for metric in (environment_coverage, action_coverage, turn_balance, link_utility):
+        assert metric(nothing).describe()
