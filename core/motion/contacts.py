@@ -52,6 +52,14 @@ def foot_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> 
     that either foot's ankle (toes) gets, so that a foot held up is not taken for a standing one. ClipError if
     the feet cannot be told from the skeleton.
     """
+    return np.column_stack([planted.any(axis=1) for planted in joint_contacts(clip, settings)])
+
+
+def joint_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """For the left and the right foot an (F, n) bool array: which of its joints are planted in each frame.
+
+    Joints in the order of :func:`.joint_roles.foot_joints`; see :func:`foot_contacts`.
+    """
     settings = settings or ContactSettings()
     feet = foot_joints(clip.skeleton, settings.feet)
     # Seen at a person's size.
@@ -59,16 +67,16 @@ def foot_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> 
     low = [np.percentile(positions[:, list(foot), 2], _FLOOR_PERCENTILE, axis=0) for foot in feet]
     n_shared = min(len(foot) for foot in feet)
     shared_floor = np.minimum(low[0][:n_shared], low[1][:n_shared])
-    planted = np.zeros((clip.n_frames, 2), dtype=bool)
-    for side, foot in enumerate(feet):
-        for order, joint in enumerate(foot):
+    left, right = (np.zeros((clip.n_frames, len(foot)), dtype=bool) for foot in feet)
+    for side, planted in enumerate((left, right)):
+        for order, joint in enumerate(feet[side]):
             floor = shared_floor[order] if order < n_shared else low[side][order]
             height = positions[:, joint, 2] - floor
             speed = np.linalg.norm(np.gradient(positions[:, joint], axis=0), axis=1) * clip.frame_rate
             enter = (height <= settings.height) & (speed <= settings.speed)
             leave = (height > settings.release_height) | (speed > settings.release_speed)
-            planted[:, side] |= _latched(enter, leave)
-    return planted
+            planted[:, order] = _latched(enter, leave)
+    return left, right
 
 
 def _latched(enter: np.ndarray, leave: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 Every segment is laid along its edited root path. Where one takes over from another the poses differ a little: the gap
 of every joint, of the root's height and of its tilt, and the gap of their velocities, are closed over a window on
 both sides by cubic Hermite splines in the tangent space of rotations, so that poses and velocities are continuous
-and nothing changes outside the windows.
+and nothing changes outside the windows. Both sides meet half way.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..errors import WalkError
+from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
 from ..motion.kinematics import as_quaternions, as_rotation
+from .root_path import played_root_path
+from .seams import SeamGaps, poses_at, seam_gaps, window_steps
+from .splines import closing
 from .walk import Walk
 
 
@@ -24,136 +28,124 @@ class SynthesisSettings:
     Attributes
     ----------
     blend_duration : float
-        Seconds on each side of a seam; never more than half of a segment.
+        Seconds on each side of a seam at the most; never more than half of a segment.
+    shortest_blend : float
+        Seconds on each side of a seam at the least, where ``blend_duration`` is not less.
+    blend_rate : float
+        A seam is given the time to close the largest gap of its joints without turning any of them faster than this,
+        in radians per second.
+    root_tolerance : float
+        Metres by which the root may leave the walk's path near a seam, so that its velocity is continuous: where two
+        edits meet, it is not by itself. 0 to follow the path exactly. For a character of a person's size, in proportion
+        for others.
     """
 
-    blend_duration: float = 0.25
+    blend_duration: float = 0.3
+    shortest_blend: float = 0.1
+    blend_rate: float = 0.75
+    root_tolerance: float = 0.01
 
     def __post_init__(self):
-        if not (np.isfinite(self.blend_duration) and self.blend_duration >= 0):
-            raise WalkError(f"A blend of {self.blend_duration} s cannot be made; give zero or more seconds.")
+        for duration in (self.blend_duration, self.shortest_blend):
+            if not (np.isfinite(duration) and duration >= 0):
+                raise WalkError(f"A blend of {duration} s cannot be made; give zero or more seconds.")
+        if not self.blend_rate > 0:
+            raise WalkError(f"A blend rate of {self.blend_rate} rad/s closes no gap; give a positive one.")
+        if not (np.isfinite(self.root_tolerance) and self.root_tolerance >= 0):
+            raise WalkError(f"A root tolerance of {self.root_tolerance} m is no distance; give zero or more metres.")
 
 
-def synthesize(walk: Walk, settings: SynthesisSettings | None = None, name: str = "Walk") -> MotionClip:
+def synthesize(
+    walk: Walk,
+    settings: SynthesisSettings | None = None,
+    name: str = "Walk",
+    blend_durations: np.ndarray | None = None,
+    closed: bool = False,
+) -> MotionClip:
     """The walk as a motion clip at the motion graph's frame rate.
 
-    The root passes exactly along the walk's edited path (``walk.root_path``: the one that was checked against
-    obstacles). Tags are those of the segments played.
+    The root passes along the walk's edited path (``walk.root_path``: the one that was checked against obstacles),
+    exactly at the grid elements and outside the blends, within the settings' tolerance elsewhere. Tags are those of
+    the segments played.
+
+    Parameters
+    ----------
+    blend_durations : (n - 1,) float array, optional
+        Seconds on each side of every seam of a walk of n segments, instead of what the settings and the sizes of the
+        gaps make them; n of them if the walk is closed. Never more than half of a segment.
+    closed : bool
+        The walk ends at the node that it starts from: its end is blended into its start as well, so that the clip
+        can be repeated.
 
     Raises
     ------
     WalkError
-        The walk has no links.
+        The walk has no links, a closed one does not return to its start, or ``blend_durations`` do not fit.
     """
     settings = settings or SynthesisSettings()
     if len(walk) == 0:
         raise WalkError("The walk has no steps; ask for a longer duration.")
     graph = walk.embedding.graph
     skeleton = graph.clips[0].skeleton
-    grounded = [_grounded(clip) for clip in graph.clips]
-    n_frames, n_joints = walk.seams[-1] + 1, skeleton.n_joints
-    rotations, translations = np.empty((n_frames, n_joints, 4)), np.empty((n_frames, n_joints, 3))
-    tags = {tag: np.zeros(n_frames, dtype=bool) for s in graph.segments for tag in s.tags}
-    played = [graph.segments[s] for s in walk.segments]
-    for i, segment in enumerate(played):
-        window = min(round(settings.blend_duration * graph.frame_rate), (segment.n_frames - 1) // 2)
-        pose = _Pose.of(grounded[segment.clip], segment.first, segment.last)
-        if window > 0 and i > 0:
-            gap = _Gap.between(grounded, played[i - 1], segment, graph.frame_rate)
-            pose.add(gap.correction(window, graph.frame_rate, after=True), slice(0, window + 1))
-        if window > 0 and i + 1 < len(played):
-            gap = _Gap.between(grounded, segment, played[i + 1], graph.frame_rate)
-            pose.add(
-                gap.correction(window, graph.frame_rate, after=False),
-                slice(segment.n_frames - 1 - window, None),
-            )
-        frames = slice(walk.seams[i], walk.seams[i + 1] + 1)
-        rotations[frames], translations[frames] = pose.rotations, pose.translations
-        for tag, mask in segment.tags.items():
-            tags[tag][frames] |= mask
+    gaps = seam_gaps(walk, closed)
+    windows = _windows(walk, gaps, settings, blend_durations)
+    clips, frames = _played(walk)
+    rotations, translations = poses_at(graph, clips, frames)
+    n_frames = len(frames)
+    for after in (False, True):
+        seam, step = window_steps(windows[:, int(after)], first=0 if after else 1)
+        at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
+        value, slope = closing(step, windows[seam, int(after)])
+        sign = -1.0 if after else 1.0
+        value, slope = sign * value[:, None, None] / 2, -slope[:, None, None] / graph.frame_rate
+        # Time runs towards the seam before it: its slopes are counted backwards there.
+        rate = -gaps.turn_rates[seam, 1] if after else gaps.turn_rates[seam, 0]
+        turn = value * gaps.turns[seam] + slope * rate
+        turned = as_rotation(rotations[at]) * Rotation.from_rotvec(turn.reshape(-1, 3))
+        rotations[at] = as_quaternions(turned, turn.shape[:2])
+        translations[at] += value * gaps.moves[seam] + slope * gaps.move_rates[seam] / 2
+    if closed:
+        rotations[-1], translations[-1] = rotations[0], translations[0]
 
-    path = walk.root_path
-    rotations[:, 0] = as_quaternions(_about_z(path[:, 2]) * as_rotation(rotations[:, 0]), (n_frames,))
+    path = played_root_path(walk, gaps, windows, settings.root_tolerance * relative_size(skeleton))
+    about_z = Rotation.from_rotvec(path[:, 2:] * [0.0, 0.0, 1.0])
+    rotations[:, 0] = as_quaternions(about_z * as_rotation(rotations[:, 0]), (n_frames,))
     translations[:, 0, :2] = path[:, :2]
-    return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, tags, heading=path[:, 2])
+    return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, _tags(walk), heading=path[:, 2])
 
 
-def _about_z(angles: np.ndarray) -> Rotation:
-    return Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
+def _played(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) clip and (F,) sample that each frame of the walk plays; at a seam that of the segment that starts there."""
+    segments = [walk.embedding.graph.segments[s] for s in walk.segments]
+    clips, frames = np.empty((2, walk.seams[-1] + 1), dtype=int)
+    for segment, first, last in zip(segments, walk.seams[:-1], walk.seams[1:], strict=True):
+        clips[first : last + 1] = segment.clip
+        frames[first : last + 1] = np.arange(segment.first, segment.last + 1)
+    return clips, frames
 
 
-def _grounded(clip: MotionClip) -> MotionClip:
-    """The clip with its place and heading taken away: what is left of the root is its height and its tilt.
-
-    Where the heading is steadier than the root, the tilt holds the sway of the hips.
-    """
-    rotations, translations = clip.rotations.copy(), clip.translations.copy()
-    tilt = _about_z(-clip.ground_path[:, 2]) * as_rotation(rotations[:, 0])
-    rotations[:, 0] = as_quaternions(tilt, (clip.n_frames,))
-    translations[:, 0, :2] = 0.0
-    return MotionClip(clip.name, clip.skeleton, clip.frame_rate, rotations, translations)
+def _tags(walk: Walk) -> dict[str, np.ndarray]:
+    segments = walk.embedding.graph.segments
+    tags = {tag: np.zeros(walk.seams[-1] + 1, dtype=bool) for s in segments for tag in s.tags}
+    for i, index in enumerate(walk.segments):
+        for tag, mask in segments[index].tags.items():
+            tags[tag][walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+    return tags
 
 
-@dataclass
-class _Pose:
-    """Poses of some frames: rotations (F, J, 4) and translations (F, J, 3), with the root's tilt and height only."""
-
-    rotations: np.ndarray
-    translations: np.ndarray
-
-    @classmethod
-    def of(cls, clip: MotionClip, first: int, last: int) -> "_Pose":
-        return cls(clip.rotations[first : last + 1].copy(), clip.translations[first : last + 1].copy())
-
-    def add(self, correction: tuple[np.ndarray, np.ndarray], frames: slice) -> None:
-        """Turn the joints by rotation vectors (in their own frames) and move them."""
-        turn, move = correction
-        turned = as_rotation(self.rotations[frames]) * Rotation.from_rotvec(turn.reshape(-1, 3))
-        self.rotations[frames] = as_quaternions(turned, turn.shape[:2])
-        self.translations[frames] += move
-
-
-@dataclass
-class _Gap:
-    """What changes at a seam: (J, 3) rotation vectors and metres, and their rates per second."""
-
-    turn: np.ndarray
-    turn_rate: np.ndarray
-    move: np.ndarray
-    move_rate: np.ndarray
-
-    @classmethod
-    def between(cls, grounded: list[MotionClip], before, after, frame_rate: float) -> "_Gap":
-        a, b = grounded[before.clip], grounded[after.clip]
-        i, j = before.last, after.first
-        turn = (as_rotation(a.rotations[i]).inv() * as_rotation(b.rotations[j])).as_rotvec()
-        (turn_a, move_a), (turn_b, move_b) = _rates(a, i), _rates(b, j)
-        return cls(turn, turn_b - turn_a, b.translations[j] - a.translations[i], move_b - move_a)
-
-    def correction(self, window: int, frame_rate: float, after: bool) -> tuple[np.ndarray, np.ndarray]:
-        """(window + 1, J, 3) rotation vectors and metres to add after the seam, or before it, in order of time.
-
-        Both sides meet half way: value and slope at the seam are half of the gap's, and both are zero at the far end.
-        """
-        s = np.arange(window + 1)[:, None, None] / window
-        value, slope = 2 * s**3 - 3 * s**2 + 1, (s**3 - 2 * s**2 + s) * window / frame_rate
-        if after:
-            return (
-                -self.turn / 2 * value - self.turn_rate / 2 * slope,
-                -self.move / 2 * value - self.move_rate / 2 * slope,
-            )
-        # Time runs towards the seam here: the spline is the mirror image, and its slope changes sign.
-        turn = self.turn / 2 * value - self.turn_rate / 2 * slope
-        move = self.move / 2 * value - self.move_rate / 2 * slope
-        return turn[::-1], move[::-1]
-
-
-def _rates(clip: MotionClip, frame: int) -> tuple[np.ndarray, np.ndarray]:
-    """(J, 3) angular velocity (rad/s, in the joints' own frames) and velocity (m/s) at a frame, by centred differences.
-
-    Taken from the whole clip, so that a segment followed by its own continuation leaves no gap at all.
-    """
-    a, b = max(frame - 1, 0), min(frame + 1, clip.n_frames - 1)
-    seconds = (b - a) / clip.frame_rate
-    turn = (as_rotation(clip.rotations[a]).inv() * as_rotation(clip.rotations[b])).as_rotvec()
-    return turn / seconds, (clip.translations[b] - clip.translations[a]) / seconds
+def _windows(walk: Walk, gaps: SeamGaps, settings: SynthesisSettings, durations: np.ndarray | None) -> np.ndarray:
+    """(S, 2) frames before and after each seam over which its gap is closed; both are zero where there is no time."""
+    frame_rate = walk.embedding.graph.frame_rate
+    if durations is None:
+        # Half of the gap is closed on each side; a cubic's steepest slope is 1.5 times its mean.
+        wanted = 1.5 * gaps.angles.max(axis=1) / 2 / settings.blend_rate
+        durations = np.clip(wanted, min(settings.shortest_blend, settings.blend_duration), settings.blend_duration)
+    durations = np.asarray(durations, dtype=float)
+    if durations.shape != (len(gaps.frames),) or not np.all(np.isfinite(durations) & (durations >= 0)):
+        raise WalkError(
+            f"The walk has {len(gaps.frames)} seams, and each needs a blend duration of zero or more seconds."
+        )
+    half = np.diff(walk.seams) // 2
+    before = np.column_stack([half[gaps.before], half[gaps.after]])
+    windows = np.minimum(np.rint(durations * frame_rate).astype(int)[:, None], before)
+    return windows * (windows.min(axis=1, keepdims=True) > 0)

@@ -1,17 +1,20 @@
 """Walks: sequences of links through an embedding."""
 
+from collections.abc import Generator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
 from ..errors import WalkError
+from ..progress import Progress, finish
+from .link_reader import LinkReader, Node
+from .weighted import Crossing, Memory, Weighting, probabilities, uniform
 
-#: x, y, heading, segment; x and y go on beyond a tiled ground.
-Node = tuple[int, int, int, int]
+#: Links between two reports of progress.
+REPORTED_LINKS = 100
 
 
 @dataclass(frozen=True)
@@ -73,68 +76,44 @@ class Walk:
         return path
 
 
-class LinkReader:
-    """Reads single links out of an embedding's planes: which stencils may be played at a node."""
+class Trail:
+    """A walk in the making."""
 
-    def __init__(self, embedding: Embedding):
-        self.embedding = embedding
-        self._layout = embedding.unrolling.layout
-        stencils = embedding.unrolling.stencils
-        n_headings = stencils.n_headings
-        first = np.searchsorted(
-            stencils.segment * n_headings + stencils.heading, np.arange(len(embedding.planes) + 1)
-        ).tolist()
-        self._of_start = [range(a, b) for a, b in pairwise(first)]
-        self._step = list(
-            zip(
-                stencils.dx.tolist(),
-                stencils.dy.tolist(),
-                stencils.destination_heading.tolist(),
-                stencils.segment.tolist(),
-                strict=True,
-            )
-        )
-        self._bytes: dict[tuple[bool, int], bytes] = {}
+    def __init__(self, reader: LinkReader, start: Node):
+        self.reader = reader
+        self.states = [start]
+        self.stencils: list[int] = []
+        self.frames = 0
 
-    def is_node(self, node: Node) -> bool:
-        """Whether (x, y, heading, segment) is a node of the embedding; x and y may be unwrapped on a tiled ground."""
-        nx, ny, n_headings, n_segments = self.embedding.shape
-        x, y, heading, segment = node
-        if self.embedding.environment.grid.tiled:
-            x, y = x % nx, y % ny
-        inside = 0 <= x < nx and 0 <= y < ny and 0 <= heading < n_headings and 0 <= segment < n_segments
-        return inside and self._is_set(False, segment * n_headings + heading, self._layout.bit(x, y))
+    @property
+    def node(self) -> Node:
+        """Where the walker has come to."""
+        return self.states[-1]
 
-    def stencils_from(self, state: Node) -> list[int]:
-        """Stencils of all links from the node (x, y, heading, segment); x and y may be unwrapped."""
-        nx, ny, n_headings, _ = self.embedding.shape
-        x, y, heading, segment = state
-        bit = self._layout.bit(x % nx, y % ny)
-        found = []
-        for child in self.embedding.network.children[segment]:
-            for k in self._of_start[child * n_headings + heading]:
-                if self._is_set(True, k, bit):
-                    dx, dy, turned, _ = self._step[k]
-                    if self._is_set(False, child * n_headings + turned, self._layout.bit((x + dx) % nx, (y + dy) % ny)):
-                        found.append(k)
-        return found
+    def take(self, stencil: int) -> None:
+        """Go on by a link."""
+        self.states.append(self.reader.follow(self.node, stencil))
+        self.stencils.append(stencil)
+        self.frames += self.reader.embedding.graph.segments[self.node[3]].n_frames - 1
 
-    def follow(self, state: Node, stencil: int) -> Node:
-        """The node at the other end of a link; x and y go on beyond a tiled ground."""
-        dx, dy, heading, segment = self._step[stencil]
-        return state[0] + dx, state[1] + dy, heading, segment
+    def back(self) -> None:
+        """Take the last link back."""
+        self.frames -= self.reader.embedding.graph.segments[self.node[3]].n_frames - 1
+        self.states.pop()
+        self.stencils.pop()
 
-    def _is_set(self, validity: bool, plane: int, bit: int) -> bool:
-        # A single bit of a Python integer costs a shift of all of it; of bytes, nothing.
-        raw = self._bytes.get((validity, plane))
-        if raw is None:
-            source = self.embedding.unrolling.valid if validity else self.embedding.planes
-            raw = source[plane].to_bytes((self._layout.n_bits + 7) // 8, "little")
-            self._bytes[validity, plane] = raw
-        return bool(raw[bit >> 3] >> (bit & 7) & 1)
+    def walk(self) -> Walk:
+        return Walk(self.reader.embedding, np.array(self.states), np.array(self.stencils, dtype=int))
 
 
-def _refuse_empty(embedding: Embedding) -> None:
+def refuse_bad_duration(duration: float) -> None:
+    """WalkError unless the duration is a positive number."""
+    if not (np.isfinite(duration) and duration > 0):
+        raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
+
+
+def refuse_empty(embedding: Embedding) -> None:
+    """WalkError if nobody can walk."""
     if embedding.n_nodes == 0:
         raise WalkError(
             "The embedding is empty: no endless walk fits into this scene. Use more or shorter clips, a smaller "
@@ -144,7 +123,7 @@ def _refuse_empty(embedding: Embedding) -> None:
 
 def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
     """A node (x, y, heading, segment), each with the same probability; WalkError if the embedding is empty."""
-    _refuse_empty(embedding)
+    refuse_empty(embedding)
     last = np.cumsum([plane.bit_count() for plane in embedding.planes])
     index = int(rng.integers(last[-1]))
     plane = int(np.searchsorted(last, index, side="right"))
@@ -155,7 +134,7 @@ def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
 
 def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> Node:
     """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
-    _refuse_empty(embedding)
+    refuse_empty(embedding)
     if not np.isfinite(position).all():
         raise WalkError("The place to start from is not a number; choose another one.")
     cells = np.argwhere(embedding.covered().any(axis=2))
@@ -174,8 +153,7 @@ def begin(
 
     WalkError if the duration is not positive, the embedding empty or ``start`` no node of it.
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
+    refuse_bad_duration(duration)
     reader = LinkReader(embedding)
     state = random_node(embedding, rng) if start is None else start
     if not reader.is_node(state):
@@ -188,8 +166,9 @@ def random_walk(
     rng: np.random.Generator,
     duration: float,
     start: Node | None = None,
+    weighting: Weighting = uniform,
 ) -> Walk:
-    """A random walk of at least ``duration`` seconds that takes each outgoing link with the same probability.
+    """A random walk of at least ``duration`` seconds.
 
     It never meets a dead end: every node of the embedding has a link to go on.
 
@@ -197,20 +176,37 @@ def random_walk(
     ----------
     start : (x, y, heading, segment), optional
         Node to start from; a random one by default.
+    weighting : Weighting
+        How likely each link is taken (:mod:`.weighted`); by default all alike.
 
     Raises
     ------
     WalkError
-        The embedding is empty, ``start`` is no node of it, or the duration is not positive.
+        The embedding is empty, ``start`` is no node of it, the duration is not positive, or the weighting does not fit.
     """
-    reader, state = begin(embedding, rng, duration, start)
-    segments, frame_rate = embedding.graph.segments, embedding.graph.frame_rate
-    states, stencils, frames = [state], [], 0
-    while frames < duration * frame_rate - 1e-6:
-        choices = reader.stencils_from(state)
-        stencil = choices[int(rng.integers(len(choices)))]
-        state = reader.follow(state, stencil)
-        frames += segments[state[3]].n_frames - 1
-        states.append(state)
-        stencils.append(stencil)
-    return Walk(embedding, np.array(states), np.array(stencils))
+    return finish(random_walk_steps(embedding, rng, duration, start, weighting))
+
+
+def random_walk_steps(
+    embedding: Embedding,
+    rng: np.random.Generator,
+    duration: float,
+    start: Node | None = None,
+    weighting: Weighting = uniform,
+) -> Generator[Progress, None, Walk]:
+    """As :func:`random_walk`, as a generator that yields progress."""
+    reader, node = begin(embedding, rng, duration, start)
+    trail, memory = Trail(reader, node), Memory(reader)
+    wanted = duration * embedding.graph.frame_rate - 1e-6
+    while trail.frames < wanted:
+        if len(trail.stencils) % REPORTED_LINKS == 0:
+            yield Progress(trail.frames / wanted, "Walking")
+        memory.pass_by(trail.node)
+        trail.take(draw(rng, weighting, memory.crossing(trail.node)))
+    return trail.walk()
+
+
+def draw(rng: np.random.Generator, weighting: Weighting, crossing: Crossing) -> int:
+    """One of the stencils that lead on, by their weights."""
+    up_to = np.cumsum(probabilities(weighting, crossing))
+    return int(crossing.stencils[min(np.searchsorted(up_to, rng.random(), side="right"), len(up_to) - 1)])

@@ -12,7 +12,8 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, difference, intersection
 from ..progress import Progress, finish
-from .walk import Node, Walk, begin
+from .link_reader import Node
+from .walk import Trail, Walk, begin
 
 #: Metres from one place to the next at the most: on large grounds the way to a far one costs more than it shows.
 FARTHEST = 10.0
@@ -40,32 +41,27 @@ def wandering_walk_steps(
     embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None = None
 ) -> Generator[Progress, None, Walk]:
     """As :func:`wandering_walk`, as a generator that yields progress."""
-    reader, state = begin(embedding, rng, duration, start)
-    segments, wanted = embedding.graph.segments, duration * embedding.graph.frame_rate - 1e-6
+    reader, start = begin(embedding, rng, duration, start)
+    trail, wanted = Trail(reader, start), duration * embedding.graph.frame_rate - 1e-6
     floor = np.argwhere(embedding.covered().any(axis=2))
-    states, stencils, frames = [state], [], 0
-    while frames < wanted:
+    while trail.frames < wanted:
         rings = []
-        for ring in _rings(embedding, _next_place(embedding, floor, state, rng)):
-            yield Progress(frames / wanted, "Walking")
+        for ring in _rings(embedding, _next_place(embedding, floor, trail.node, rng)):
+            yield Progress(trail.frames / wanted, "Walking")
             rings.append(ring)
-            if _holds(embedding, ring, state):
+            if _holds(embedding, ring, trail.node):
                 break
         # One step at least, even if the place drawn is the one where the wanderer stands.
         for ring in rings[-2::-1] or [None]:
             choices = [
                 k
-                for k in reader.stencils_from(state)
-                if ring is None or _holds(embedding, ring, reader.follow(state, k))
+                for k in reader.stencils_from(trail.node).tolist()
+                if ring is None or _holds(embedding, ring, reader.follow(trail.node, k))
             ]
-            stencil = choices[int(rng.integers(len(choices)))]
-            state = reader.follow(state, stencil)
-            frames += segments[state[3]].n_frames - 1
-            states.append(state)
-            stencils.append(stencil)
-            if frames >= wanted:
+            trail.take(choices[int(rng.integers(len(choices)))])
+            if trail.frames >= wanted:
                 break
-    return Walk(embedding, np.array(states), np.array(stencils))
+    return trail.walk()
 
 
 def _next_place(embedding: Embedding, floor: np.ndarray, node: Node, rng: np.random.Generator) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Synthesis: what is played is the clips along the walk, with nothing but the seams changed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -12,6 +14,7 @@ from core.motion.graph import build_motion_graph
 from core.motion.heading import with_steady_heading
 from core.motion.kinematics import as_rotation
 from core.motion.repertoire import sample_repertoire
+from core.playback.seams import seam_gaps
 from core.playback.synthesis import SynthesisSettings, synthesize
 from core.playback.walk import Walk, random_walk
 
@@ -35,6 +38,12 @@ def played(walk):
     return synthesize(walk, SETTINGS)
 
 
+def outside(walk):
+    """(F,) bool: frames farther from every seam than the longest blend."""
+    window = round(SETTINGS.blend_duration * walk.embedding.graph.frame_rate)
+    return np.abs(np.arange(walk.seams[-1] + 1)[:, None] - walk.seams[1:-1]).min(axis=1) > window
+
+
 def turns(rotations):
     """(F - 1, J, 3) rotation vectors from each frame to the next."""
     return (
@@ -43,10 +52,44 @@ def turns(rotations):
 
 
 def test_root_follows_the_checked_path(walk, played):
-    path = played.ground_path
-    assert np.allclose(path[:, :2], walk.root_path[:, :2], atol=1e-12)
-    off = (path[:, 2] - walk.root_path[:, 2]) / (2 * np.pi)
-    assert np.allclose(off, np.rint(off[0]), atol=1e-9)
+    path, expected = played.ground_path, walk.root_path.copy()
+    expected[:, 2] += 2 * np.pi * np.rint((path[0, 2] - expected[0, 2]) / (2 * np.pi))
+    away = np.linalg.norm(path[:, :2] - expected[:, :2], axis=1)
+    assert away.max() <= SETTINGS.root_tolerance + 1e-9
+    assert away.max() > 1e-4 or len(walk) < 2
+    grid = walk.embedding.environment.grid
+    assert np.allclose(path[walk.seams, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
+    turned = path[walk.seams, 2] / grid.heading_step - walk.states[:, 2]
+    assert np.allclose((turned + grid.n_headings / 2) % grid.n_headings, grid.n_headings / 2, atol=1e-9)
+    assert np.allclose(path[outside(walk)], expected[outside(walk)], atol=1e-12)
+    exact = synthesize(walk, replace(SETTINGS, root_tolerance=0.0))
+    assert np.allclose(exact.ground_path[:, :2], expected[:, :2], atol=1e-12)
+
+
+def test_root_velocity_is_continuous_at_seams(walk, played):
+    """What is added to the checked path on both sides of a seam is a cubic whose slopes make up for the jump."""
+    rate, seams = walk.embedding.graph.frame_rate, walk.seams[1:-1]
+    smooth = synthesize(walk, replace(SETTINGS, root_tolerance=1.0, shortest_blend=0.25)).ground_path
+    path = walk.root_path.copy()
+    path[:, 2] += 2 * np.pi * np.rint((smooth[0, 2] - path[0, 2]) / (2 * np.pi))
+    steps = np.arange(4)
+    for seam, (before, after) in zip(seams, zip(walk.segments, walk.segments[1:], strict=False), strict=True):
+        if min(walk.embedding.graph.segments[s].n_frames for s in (before, after)) < 16:
+            continue
+        # The slopes at the seam of the cubics through the added values of four frames on each side.
+        slopes = [
+            sign * np.polynomial.polynomial.polyfit(steps, (smooth - path)[seam + sign * steps], 3)[1]
+            for sign in (-1, 1)
+        ]
+        jump = path[seam + 1] - 2 * path[seam] + path[seam - 1]
+        # The frame's own acceleration is part of that difference; it is all that remains.
+        acceleration = np.abs(np.diff(path[seam - 4 : seam + 5], n=2, axis=0))
+        acceleration[[2, 3, 4]] = 0
+        assert np.all(np.abs(jump + slopes[1] - slopes[0]) <= 3 * acceleration.max(axis=0) + 0.03 / rate)
+    jolt, jolt_before, jolt_limited = (
+        np.abs(np.diff(p, n=2, axis=0)[seams - 1]).mean(axis=0) for p in (smooth, path, played.ground_path)
+    )
+    assert np.all(jolt < jolt_before / 1.5) and np.all(jolt_limited < jolt_before)
 
 
 def test_outside_the_windows_the_root_stands_to_its_heading_as_in_the_clip(walk, played):
@@ -114,6 +157,69 @@ def test_quaternions_are_unit_and_bones_keep_their_lengths(walk, played):
     clip = walk.embedding.graph.clips[0]
     length = np.linalg.norm(clip.translations[0, 1:], axis=1)
     assert np.allclose(np.linalg.norm(played.translations[:, 1:], axis=2), length, atol=1e-6)
+
+
+def test_angular_velocities_of_both_sides_are_the_same_at_seams(walk):
+    """What is added on each side turns the joints at such a rate that both arrive at one angular velocity."""
+    gaps, h = seam_gaps(walk), 1e-5
+    graph = walk.embedding.graph
+    segments = [graph.segments[s] for s in walk.segments]
+    for seam in range(0, len(gaps.frames), 5):
+        sides = []
+        for side, (segment, sign) in enumerate(((segments[seam], 0.5), (segments[seam + 1], -0.5))):
+            clip, frame = graph.clips[segment.clip], segment.first if side else segment.last
+            around = [as_rotation(clip.rotations[i]) for i in (max(frame - 1, 0), min(frame + 1, clip.n_frames - 1))]
+            seconds = (min(frame + 1, clip.n_frames - 1) - max(frame - 1, 0)) / clip.frame_rate
+            omega = (around[0].inv() * around[1]).as_rotvec()[1:] / seconds
+            pose = as_rotation(clip.rotations[frame, 1:])
+            vector, rate = sign * gaps.turns[seam, 1:], gaps.turn_rates[seam, side, 1:]
+            ends = [pose * Rotation.from_rotvec(omega * t) * Rotation.from_rotvec(vector + rate * t) for t in (-h, h)]
+            sides.append((pose * Rotation.from_rotvec(vector), (ends[0].inv() * ends[1]).as_rotvec() / (2 * h)))
+        (pose_a, velocity_a), (pose_b, velocity_b) = sides
+        assert (pose_a.inv() * pose_b).magnitude().max() < 1e-9
+        assert np.allclose(velocity_a, velocity_b, atol=1e-5)
+
+
+def test_small_gaps_are_closed_sooner(walk):
+    """A seam of a small gap leaves frames alone that the longest blend would touch; its own length can be given."""
+    graph, gaps = walk.embedding.graph, seam_gaps(walk)
+    settings = SynthesisSettings(blend_duration=0.3, shortest_blend=0.1, blend_rate=3.0)
+    short = synthesize(walk, settings)
+    plain = synthesize(walk, SynthesisSettings(blend_duration=0.0))
+    changed = np.abs(short.rotations[:, 1:] - plain.rotations[:, 1:]).max(axis=(1, 2)) > 1e-9
+    for seam, frame in enumerate(gaps.frames):
+        wanted = max(0.1, 0.25 * 3 * gaps.angles[seam].max() / 3.0)
+        window = round(min(wanted, 0.3) * graph.frame_rate)
+        last = min(walk.seams[seam + 2], frame + round(0.3 * graph.frame_rate) + 1)
+        until = walk.seams[seam + 2] - (walk.seams[seam + 2] - frame) // 2
+        assert not changed[frame + window : min(last, until)].any()
+    given = np.full(len(gaps.frames), 0.0)
+    given[3] = 0.2
+    one = synthesize(walk, settings, blend_durations=given)
+    changed = np.abs(one.rotations[:, 1:] - plain.rotations[:, 1:]).max(axis=(1, 2)) > 1e-9
+    assert np.all(np.abs(np.flatnonzero(changed) - gaps.frames[3]) <= 0.2 * graph.frame_rate)
+    with pytest.raises(WalkError, match="seams"):
+        synthesize(walk, blend_durations=given[1:])
+
+
+def test_a_closed_walk_can_be_repeated(walk):
+    """A walk that comes back to its heading and segment: the clip's end goes over into its start."""
+    keys = [tuple(state) for state in walk.states[:, 2:].tolist()]
+    at, again = next((i, j) for i in range(len(keys)) for j in range(i + 2, len(keys)) if keys[i] == keys[j])
+    part = Walk(walk.embedding, walk.states[at : again + 1], walk.stencils[at:again])
+    played = synthesize(part, SETTINGS, closed=True)
+    open_end = synthesize(part, SETTINGS)
+    tilt = [Rotation.from_euler("z", -c.heading[:, None]) * as_rotation(c.rotations[:, 0]) for c in (played, open_end)]
+    assert (tilt[0][0].inv() * tilt[0][-1]).magnitude() < 1e-9
+    assert np.allclose(played.rotations[0, 1:], played.rotations[-1, 1:], atol=1e-12)
+    step = turns(np.concatenate([played.rotations[-2:, 1:], played.rotations[1:2, 1:]]))
+    jolt = np.linalg.norm(np.diff(turns(played.rotations[:, 1:]), axis=0), axis=2)
+    assert np.linalg.norm(np.diff(step, axis=0), axis=2).max() <= 1.5 * jolt.max()
+    middle = slice(10, -10)
+    assert np.allclose(played.rotations[middle, 1:], open_end.rotations[middle, 1:], atol=1e-12)
+    other = next(j for j in range(1, len(keys)) if keys[j] != keys[0])
+    with pytest.raises(WalkError, match="loop"):
+        synthesize(Walk(walk.embedding, walk.states[: other + 1], walk.stencils[:other]), closed=True)
 
 
 def test_tags_are_those_of_the_segments(walk, played):

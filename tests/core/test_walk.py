@@ -13,7 +13,8 @@ from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import Region, RegionRule
 from core.errors import WalkError
-from core.playback.walk import LinkReader, nearest_node, random_walk
+from core.playback.link_reader import LinkReader
+from core.playback.walk import nearest_node, random_walk
 
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph

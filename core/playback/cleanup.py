@@ -1,0 +1,322 @@
+"""Foot contact clean-up: planted feet stay where they stand (after Kovar, Schreiner & Gleicher 2002b).
+
+Kovar, Schreiner, Gleicher: "Footskate cleanup for motion capture editing", SCA 2002. For every plant the foot is
+moved so that what it stands on keeps its place; in the free frames around it what that takes is eased in and out by
+splines; thigh and shin follow by inverse kinematics, in closed form, and the foot keeps its orientation and height.
+
+Where a leg would have to be straighter than it ever is, the hips are lowered a little, which is the paper's root
+adjustment. The paper also stretches bones; here they keep their lengths, because most rigs' legs are connected bones,
+which cannot be moved off their parents.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.ndimage import convolve1d, maximum_filter1d
+from scipy.spatial.transform import Rotation
+
+from ..errors import ClipError, WalkError
+from ..motion.body_size import relative_size
+from ..motion.clip import MotionClip
+from ..motion.contacts import ContactSettings
+from ..motion.joint_roles import foot_joints
+from ..motion.kinematics import as_quaternions, as_rotation
+from ..motion.skeleton import Skeleton
+from ..motion.stature import rest_world
+from .companions import find_companions, move_companions
+from .plants import Plant, repeated, walk_plants
+from .splines import closing
+from .two_bone import Leg, find_leg, leg_turns
+from .walk import Walk
+
+_USUAL_EXTENSION = 90
+"""Percentile of how straight a standing leg is in the motion: as straight as that it may get by the clean-up."""
+
+
+@dataclass(frozen=True)
+class CleanupSettings:
+    """How planted feet are held.
+
+    Attributes
+    ----------
+    window : float
+        Seconds before and after a plant in which the foot, the leg and the hips may change.
+    max_shift : float
+        Metres that a planted foot may be moved by, for a character of a person's size, in proportion for others; a
+        plant that needs more is taken for two, with a step between them.
+    max_drop : float
+        Metres that the hips may be lowered by, likewise.
+    contacts : ContactSettings
+        When a foot is planted, and which bones the feet are.
+    """
+
+    window: float = 0.25
+    max_shift: float = 0.15
+    max_drop: float = 0.06
+    contacts: ContactSettings = field(default_factory=ContactSettings)
+
+    def __post_init__(self):
+        if not (np.isfinite(self.window) and self.window > 0):
+            raise WalkError(f"Feet cannot be eased into place within {self.window} s; give a positive duration.")
+        if not (self.max_shift > 0 and self.max_drop >= 0):
+            raise WalkError("Planted feet need a positive distance to be moved by, and a drop of zero or more.")
+
+
+@dataclass(frozen=True)
+class FootCleanup:
+    """A motion clip whose planted feet stay in place, and what that took.
+
+    Attributes
+    ----------
+    clip : MotionClip
+        The motion; the one given where nothing could be done.
+    plants : tuple of Plant
+        Of the feet that were held.
+    untreated : tuple of str
+        For each foot that was left as it is, a sentence that says why.
+    touched : (F,) bool array
+        Frames whose pose is not that of the clip given.
+    largest_shift, largest_drop : float
+        Metres that a planted foot was moved by at the most, and the hips lowered.
+    """
+
+    clip: MotionClip
+    plants: tuple[Plant, ...]
+    untreated: tuple[str, ...]
+    touched: np.ndarray
+    largest_shift: float = 0.0
+    largest_drop: float = 0.0
+
+    def describe(self) -> str:
+        """A sentence or two for people."""
+        if not self.plants:
+            return " ".join(self.untreated) or "No foot is planted in this motion; nothing was changed."
+        held = (
+            f"{len(self.plants)} plants held; feet moved by up to {100 * self.largest_shift:.1f} cm, "
+            f"hips lowered by up to {100 * self.largest_drop:.1f} cm."
+        )
+        return " ".join([held, *self.untreated])
+
+
+def clean_feet(
+    walk: Walk, clip: MotionClip, settings: CleanupSettings | None = None, closed: bool = False
+) -> FootCleanup:
+    """Hold the planted feet of a walk's motion in place; see :func:`hold_plants`.
+
+    ``clip`` is what :func:`.synthesis.synthesize` made of the walk; ``closed`` says, there as here, that it is
+    repeated, so that feet that stand at its end go on standing at its start. A character whose feet cannot be told
+    gets its motion back, and the reason.
+    """
+    settings = settings or CleanupSettings()
+    try:
+        plants = walk_plants(walk, settings.contacts)
+    except ClipError as error:
+        return FootCleanup(clip, (), (str(error),), np.zeros(clip.n_frames, dtype=bool))
+    if not closed:
+        return hold_plants(clip, plants, settings)
+    # The middle one of three laps knows what comes before and after it.
+    lap = clip.n_frames - 1
+    cleaned = hold_plants(_three_laps(clip), repeated(plants, lap, 3), settings)
+    middle = slice(lap, 2 * lap + 1)
+    away = clip.translations[-1, 0, :2] - clip.translations[0, 0, :2]
+    translations = cleaned.clip.translations[middle].copy()
+    translations[:, 0, :2] -= away
+    held = [
+        plant.within(lap, 2 * lap).later(-lap) for plant in cleaned.plants if plant.first < 2 * lap and plant.last > lap
+    ]
+    return replace(
+        cleaned,
+        clip=replace(clip, rotations=cleaned.clip.rotations[middle], translations=translations),
+        plants=tuple(held),
+        touched=cleaned.touched[middle],
+    )
+
+
+def _three_laps(clip: MotionClip) -> MotionClip:
+    """A motion that ends as it starts three times over, each time from where it has come to."""
+    rotations = np.concatenate([clip.rotations[:-1], clip.rotations[:-1], clip.rotations])
+    away = np.zeros(3)
+    away[:2] = clip.translations[-1, 0, :2] - clip.translations[0, 0, :2]
+    laps = [clip.translations[:-1].copy(), clip.translations[:-1].copy(), clip.translations.copy()]
+    for number, translations in enumerate(laps):
+        translations[:, 0] += number * away
+    heading = clip.ground_path[:, 2]
+    turned = heading[-1] - heading[0]
+    headings = [heading[:-1], heading[:-1] + turned, heading + 2 * turned]
+    return replace(
+        clip,
+        rotations=rotations,
+        translations=np.concatenate(laps),
+        heading=np.concatenate(headings),
+        tags={},
+    )
+
+
+def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSettings | None = None) -> FootCleanup:
+    """The motion with the feet held in place on the ground during the given plants.
+
+    Frames farther than the window from every plant stay exactly as they are. Where the hips are lowered, feet in the
+    air keep their place as well. Root path, heights and orientations of the feet, and bone lengths do not change.
+
+    Raises
+    ------
+    ClipError
+        The feet cannot be told.
+    """
+    settings = settings or CleanupSettings()
+    skeleton = clip.skeleton
+    feet = foot_joints(skeleton, settings.contacts.feet)
+    found = [find_leg(skeleton, side, feet) for side in (0, 1)]
+    legs = {side: leg for side, leg in enumerate(found) if isinstance(leg, Leg)}
+    untreated = tuple(reason for reason in found if isinstance(reason, str))
+    window = max(round(settings.window * clip.frame_rate), 1)
+    size = relative_size(skeleton)
+    rotations, positions = clip.world
+    held = [
+        part
+        for plant in plants
+        if plant.side in legs
+        for part in _split(plant, positions, settings.max_shift * size, window)
+    ]
+    if not held:
+        return FootCleanup(clip, (), untreated, np.zeros(clip.n_frames, dtype=bool))
+
+    moves = {side: np.zeros((clip.n_frames, 3)) for side in legs}
+    for side, move in moves.items():
+        move[:, :2] = _foot_moves([plant for plant in held if plant.side == side], positions, window)
+    drop = _drop(legs, moves, held, positions, window, settings.max_drop * size)
+    hips_move = -drop[:, None] * [0.0, 0.0, 1.0]
+    touched = np.any([np.any(move != 0, axis=1) for move in moves.values()], axis=0) | (drop > 0)
+    new_rotations, new_translations = clip.rotations.copy(), clip.translations.copy()
+    lowered = _lowered_joint(skeleton, list(legs.values()))
+    above = skeleton.parents[lowered]
+    carried = hips_move if above < 0 else as_rotation(rotations[:, above]).inv().apply(hips_move)
+    new_translations[touched, lowered] += carried[touched]
+    for side, leg in legs.items():
+        frames = np.flatnonzero(np.any(moves[side] != 0, axis=1) | (drop > 0))
+        if len(frames):
+            _turn_leg(leg, skeleton, rotations, positions, hips_move, moves[side], frames, new_rotations)
+    companions: dict[int, int] = {}
+    for leg in legs.values():
+        companions |= find_companions(skeleton, leg, rotations, positions)
+    move_companions(
+        companions, skeleton, (rotations, positions), new_rotations, new_translations, np.flatnonzero(touched)
+    )
+    return FootCleanup(
+        clip=replace(clip, rotations=new_rotations, translations=new_translations),
+        plants=tuple(held),
+        untreated=untreated,
+        touched=touched,
+        largest_shift=max(float(np.linalg.norm(move, axis=1).max()) for move in moves.values()),
+        largest_drop=float(drop.max()),
+    )
+
+
+def _split(plant: Plant, positions: np.ndarray, farthest: float, margin: int) -> list[Plant]:
+    """The plant, or the parts of it during which the foot stays where it is within ``farthest`` metres of a place.
+
+    It is parted where it is fastest; ``margin`` frames on each side are left free for a step.
+    """
+    shift = plant.shift(positions)
+    away = np.linalg.norm(shift - shift.mean(axis=0), axis=1)
+    if away.max() <= farthest:
+        return [plant]
+    fastest = plant.first + int(np.argmax(plant.speeds(positions, 1.0)))
+    parts = []
+    for first, last in ((plant.first, fastest - margin), (fastest + 1 + margin, plant.last)):
+        if last > first:
+            pivots = plant.pivots[first - plant.first : last + 1 - plant.first]
+            parts += _split(Plant(plant.side, first, last, pivots), positions, farthest, margin)
+    return parts
+
+
+def _foot_moves(plants: list[Plant], positions: np.ndarray, window: int) -> np.ndarray:
+    """(F, 2) metres that a foot is moved by: what its plants take, eased in and out by splines.
+
+    Each plant has the place that moves the foot the least, in the mean square.
+    """
+    n_frames = len(positions)
+    moves = np.zeros((n_frames, 2))
+    for i, plant in enumerate(plants):
+        shift = plant.shift(positions)
+        shift -= shift.mean(axis=0)
+        moves[plant.first : plant.last + 1] = shift
+        if plant.n_frames < 2:
+            continue
+        # In the free frames the foot goes on as it comes from where it stands.
+        limits = (plants[i - 1].last if i > 0 else -window, plants[i + 1].first if i + 1 < len(plants) else n_frames)
+        for inner, step, free in (
+            (shift[:2], -1, plant.first - limits[0]),
+            (shift[:-3:-1], 1, limits[1] - plant.last),
+        ):
+            reach = min(window, free)
+            steps = np.arange(1, reach)
+            frames = (plant.first if step < 0 else plant.last) + step * steps
+            inside = (frames >= 0) & (frames < n_frames)
+            value, slope = closing(steps[inside], reach)
+            moves[frames[inside]] += value[:, None] * inner[0] + slope[:, None] * (inner[0] - inner[1])
+    return moves
+
+
+def _drop(
+    legs: dict[int, Leg], moves: dict[int, np.ndarray], plants: list[Plant], positions: np.ndarray, window: int, most
+) -> np.ndarray:
+    """(F,) metres to lower the hips by, smoothly, so that no leg gets straighter than it is or usually stands."""
+    n_frames = len(positions)
+    needed = np.zeros(n_frames)
+    near = np.zeros(n_frames, dtype=bool)
+    for plant in plants:
+        near[plant.first : plant.last + 1] = True
+    for side, leg in legs.items():
+        hip, knee, ankle = (positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
+        length = np.linalg.norm(knee - hip, axis=1) + np.linalg.norm(ankle - knee, axis=1)
+        extension = np.linalg.norm(ankle - hip, axis=1) / length
+        reach = np.maximum(extension, np.percentile(extension[near], _USUAL_EXTENSION)) * length
+        away = ankle + moves[side] - hip
+        below = np.sqrt(np.maximum(reach**2 - np.sum(away[:, :2] ** 2, axis=1), 0.0))
+        lacking = np.where(np.linalg.norm(away, axis=1) > reach + 1e-9, -away[:, 2] - below, 0.0)
+        needed = np.maximum(needed, lacking)
+    # The mean of what is the most within half a window is nowhere less than what is needed.
+    half = max(window // 2, 1)
+    envelope = maximum_filter1d(np.clip(needed, 0.0, most), 2 * half + 1, mode="nearest")
+    kernel = np.hanning(2 * half + 3)[1:-1]
+    smooth = convolve1d(envelope, kernel / kernel.sum(), mode="nearest")
+    return smooth * _nearness(near, window)
+
+
+def _nearness(near: np.ndarray, window: int) -> np.ndarray:
+    """(F,) 1 up to half of ``window`` frames around what is ``near``, falling to 0 at its end."""
+    every, marked = np.arange(len(near)), np.flatnonzero(near)
+    right = np.searchsorted(marked, every)
+    after = marked[np.minimum(right, len(marked) - 1)]
+    before = marked[np.maximum(right - 1, 0)]
+    away = np.minimum(np.abs(after - every), np.abs(every - before))
+    return closing(np.maximum(away - window // 2, 0), window - window // 2)[0]
+
+
+def _lowered_joint(skeleton: Skeleton, legs: list[Leg]) -> int:
+    """The joint that carries the body: the highest one above all legs that is not on the ground itself."""
+    chains = []
+    for leg in legs:
+        chain, joint = [], leg.thigh
+        while (joint := int(skeleton.parents[joint])) >= 0:
+            chain.append(joint)
+        chains.append(chain[::-1])
+    shared = [joint for joint in chains[0] if all(joint in chain for chain in chains)]
+    height = rest_world(skeleton)[1][:, 2] - rest_world(skeleton)[1][:, 2].min()
+    hips = shared[-1]
+    return next(joint for joint in shared if height[joint] >= height[hips] / 2)
+
+
+def _turn_leg(leg: Leg, skeleton: Skeleton, rotations, positions, hips_move, foot_move, frames, new_rotations) -> None:
+    """Turn thigh, shin and foot in ``new_rotations`` (F, J, 4), relative to their parents, on the given frames."""
+    turns = leg_turns(leg, rotations[frames], positions[frames], hips_move[frames], foot_move[frames])
+    thigh, shin = (Rotation.from_matrix(turn) for turn in turns)
+    # What carries each joint has been turned by the one above: the foot is turned back to what it was.
+    for joint, undo, turn in ((leg.thigh, None, thigh), (leg.shin, thigh, shin), (leg.foot, shin, None)):
+        world = as_rotation(rotations[frames, joint])
+        carrier = as_rotation(rotations[frames, skeleton.parents[joint]])
+        turned = turn * world if turn is not None else world
+        carried = undo * carrier if undo is not None else carrier
+        new_rotations[frames, joint] = as_quaternions(carried.inv() * turned, (len(frames),))

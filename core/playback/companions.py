@@ -1,0 +1,107 @@
+"""Joints that go with a leg without hanging from it: the controls of a rig, which its bones follow.
+
+In a rig that moves by constraints, keys belong on controls: a foot's bone follows an IK control that hangs from
+somewhere else. Such controls are told by what they do: they move with the thigh, the shin or the foot as if they were
+one piece with it.
+"""
+
+import numpy as np
+
+from ..motion.kinematics import as_quaternions, as_rotation, world_transforms
+from ..motion.skeleton import Skeleton
+from ..motion.stature import stature
+from .two_bone import Leg
+
+_N_SAMPLES = 60
+_SAME_PLACE = 5e-3
+"""Share of the stature, and radians / 10, that a companion may stray by in most frames: blends move it a little."""
+_MOST = 75
+_MOVES = 0.05
+"""Share of the stature that a joint must move by, as the hips see it, for its companions to be told."""
+
+
+def find_companions(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> dict[int, int]:
+    """Joint -> joint of the leg that it is one piece with, of those that neither hang from the leg nor carry it.
+
+    Told from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion; none if the leg hardly moves
+    in it.
+    """
+    if skeleton.n_joints == 1:
+        return {}
+    some = np.unique(np.linspace(0, len(rotations) - 1, _N_SAMPLES).round().astype(int))
+    rotations, positions = rotations[some], positions[some]
+    others = np.ones(skeleton.n_joints, dtype=bool)
+    others[_below(skeleton, leg.thigh)] = False
+    joint = leg.thigh
+    while joint >= 0:
+        others[joint], joint = False, int(skeleton.parents[joint])
+    candidates, size = np.flatnonzero(others), stature(skeleton)
+    found: dict[int, int] = {}
+    if len(candidates) == 0:
+        return found
+    for joint in (leg.foot, *_below(skeleton, leg.foot), leg.shin, leg.thigh):
+        inverse = as_rotation(rotations[:, joint]).inv()
+        hips = as_rotation(rotations[:, 0]).inv()
+        # How much the joint turns and travels, as the hips see it.
+        seen = hips.apply(positions[:, joint] - positions[:, 0])
+        turning = (hips[0] * inverse[0].inv()).inv() * (hips * inverse.inv())
+        if np.ptp(seen, axis=0).max() < _MOVES * size and turning.magnitude().max() < _MOVES * 10:
+            continue
+        for candidate in candidates:
+            if candidate in found:
+                continue
+            place = inverse.apply(positions[:, candidate] - positions[:, joint])
+            strays = np.linalg.norm(place - np.median(place, axis=0), axis=1) / size
+            if np.percentile(strays, _MOST) > _SAME_PLACE:
+                continue
+            turn = inverse * as_rotation(rotations[:, candidate])
+            if np.percentile((turn.mean().inv() * turn).magnitude(), _MOST) < 10 * _SAME_PLACE:
+                found[int(candidate)] = joint
+    return found
+
+
+def _below(skeleton: Skeleton, joint: int) -> list[int]:
+    """The joints that hang from one, itself left out, parents first."""
+    found = {joint}
+    for other in range(joint + 1, skeleton.n_joints):
+        if int(skeleton.parents[other]) in found:
+            found.add(other)
+    return sorted(found - {joint})
+
+
+def move_companions(
+    companions: dict[int, int],
+    skeleton: Skeleton,
+    old: tuple[np.ndarray, np.ndarray],
+    rotations: np.ndarray,
+    translations: np.ndarray,
+    frames: np.ndarray,
+) -> None:
+    """Move companions with their joints on some frames, in the new local ``rotations`` and ``translations``.
+
+    ``old`` are the world rotations (F, J, 4) and positions (F, J, 3) of the motion before. What hangs from a companion
+    goes with it.
+    """
+    if not companions or len(frames) == 0:
+        return
+    old_rotations, old_positions = (array[frames] for array in old)
+    new_rotations, new_positions = world_transforms(rotations[frames], translations[frames], skeleton.parents)
+    shape = (len(frames),)
+    changed = np.zeros(skeleton.n_joints, dtype=bool)
+    for joint in range(1, skeleton.n_joints):
+        parent = int(skeleton.parents[joint])
+        carrier = as_rotation(new_rotations[:, parent])
+        if joint in companions:
+            leader = companions[joint]
+            turn = as_rotation(new_rotations[:, leader]) * as_rotation(old_rotations[:, leader]).inv()
+            away = turn.apply(old_positions[:, joint] - old_positions[:, leader])
+            new_positions[:, joint] = new_positions[:, leader] + away
+            new_rotations[:, joint] = as_quaternions(turn * as_rotation(old_rotations[:, joint]), shape)
+            local = carrier.inv() * as_rotation(new_rotations[:, joint])
+            rotations[frames, joint] = as_quaternions(local, shape)
+            translations[frames, joint] = carrier.inv().apply(new_positions[:, joint] - new_positions[:, parent])
+            changed[joint] = True
+        elif changed[parent]:
+            new_positions[:, joint] = new_positions[:, parent] + carrier.apply(translations[frames, joint])
+            new_rotations[:, joint] = as_quaternions(carrier * as_rotation(rotations[frames, joint]), shape)
+            changed[joint] = True

@@ -1,0 +1,319 @@
+"""Crowds: many walkers on one ground, at the same time, that never come too close to one another.
+
+Walkers are planned one after the other; each keeps clear of all places that those before it have reserved, frame by
+frame (space-time reservation). A plan is a depth-first search through (node, frame): a walker never enters a link from
+which, within the time asked for, every way ends in a conflict, so that it always has an escape. Who finds no walk asks
+those that were in its way most often to plan again, around it.
+"""
+
+from collections import Counter
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..errors import WalkError
+from ..progress import Progress, finish
+from .link_reader import LinkReader, Node
+from .reservation import Reservation, StencilPaths
+from .walk import Trail, Walk, refuse_bad_duration, refuse_empty
+from .weighted import Memory, Weighting, probabilities, uniform
+
+#: Nodes tried between two reports of progress.
+REPORTED_NODES = 200
+
+
+@dataclass(frozen=True)
+class CrowdSettings:
+    """How a crowd is planned.
+
+    Attributes
+    ----------
+    radius : float
+        Metres from a walker's root to its edge; two roots keep twice as much between them at every frame.
+    weighting : Weighting
+        Which links a walker likes to take (:mod:`.weighted`).
+    patience : int
+        Nodes that one walker may try before its search is given up.
+    repairs : int
+        How often a walker without a way may ask others to plan again.
+    """
+
+    radius: float = 0.3
+    weighting: Weighting = uniform
+    patience: int = 3000
+    repairs: int = 5
+
+    def __post_init__(self):
+        if not (np.isfinite(self.radius) and self.radius >= 0):
+            raise WalkError(f"Walkers cannot have a radius of {self.radius} m; give zero or more.")
+        if self.patience < 1 or self.repairs < 0:
+            raise WalkError("A crowd needs a patience of at least one node, and zero or more repairs.")
+
+
+@dataclass(frozen=True)
+class Unserved:
+    """A walker that got no walk: its index among the starts, and a sentence that says why."""
+
+    walker: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """Walks that begin together at frame 0.
+
+    Attributes
+    ----------
+    embedding : Embedding
+    walkers : tuple of int
+        For each walk, the index of its start.
+    walks : tuple of Walk
+        Each lasts at least as long as asked and ends with a whole segment. Wherever two are still walking, they keep
+        their distance.
+    unserved : tuple of Unserved
+        The walkers that got none.
+    n_frames : int
+        Frames of the time asked for, the first and the last included: all walks last so long.
+    """
+
+    embedding: Embedding
+    walkers: tuple[int, ...]
+    walks: tuple[Walk, ...]
+    unserved: tuple[Unserved, ...]
+    n_frames: int
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """(walks, n_frames, 2) metres: where each walker is at each frame of the time asked for."""
+        empty = np.empty((0, self.n_frames, 2))
+        return np.concatenate([empty, *(walk.root_path[None, : self.n_frames, :2] for walk in self.walks)])
+
+    @cached_property
+    def closest(self) -> float:
+        """Metres between the two walkers that come closest to each other; infinite if there are no two."""
+        grid = self.embedding.environment.grid
+        closest = np.inf
+        for i, places in enumerate(self.places[1:], 1):
+            apart = self.places[:i] - places
+            if grid.tiled:
+                apart -= grid.size * np.rint(apart / grid.size)
+            closest = min(closest, float(np.linalg.norm(apart, axis=2).min()))
+        return closest
+
+
+def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spacing: float) -> list[Node]:
+    """Random nodes in places at least ``spacing`` metres apart.
+
+    Raises
+    ------
+    WalkError
+        The embedding is empty, or so many walkers find no room.
+    """
+    refuse_empty(embedding)
+    grid, layout = embedding.environment.grid, embedding.unrolling.layout
+    floor = rng.permutation(np.argwhere(embedding.covered().any(axis=2)))
+    room = np.ones(len(floor), dtype=bool)
+    nodes = []
+    while len(nodes) < n_walkers:
+        if not room.any():
+            raise WalkError(
+                f"Only {len(nodes)} walkers found room {spacing:g} m apart, not {n_walkers}; use fewer walkers, a "
+                "smaller radius or a larger ground."
+            )
+        cell = floor[np.argmax(room)]
+        apart = np.abs(floor - cell)
+        if grid.tiled:
+            apart = np.minimum(apart, grid.shape[:2] - apart)
+        room &= np.hypot(*apart.T) * grid.cell_size >= max(spacing, grid.cell_size / 2)
+        bit = layout.bit(*cell.tolist())
+        here = [index for index, plane in enumerate(embedding.planes) if plane >> bit & 1]
+        segment, heading = divmod(int(rng.choice(here)), grid.n_headings)
+        nodes.append((*cell.tolist(), heading, segment))
+    return nodes
+
+
+def crowd(
+    embedding: Embedding,
+    starts: Sequence[Node],
+    duration: float,
+    rng: np.random.Generator,
+    settings: CrowdSettings | None = None,
+) -> Crowd:
+    """Walks of at least ``duration`` seconds from all ``starts`` that keep clear of each other at every frame.
+
+    Those that cannot be served are left out, and named with the reason.
+
+    Parameters
+    ----------
+    starts : sequence of nodes (x, y, heading, segment)
+
+    Raises
+    ------
+    WalkError
+        The embedding is empty, a start is no node of it, or the duration is not positive.
+    """
+    return finish(crowd_steps(embedding, starts, duration, rng, settings))
+
+
+def crowd_steps(
+    embedding: Embedding,
+    starts: Sequence[Node],
+    duration: float,
+    rng: np.random.Generator,
+    settings: CrowdSettings | None = None,
+) -> Generator[Progress, None, Crowd]:
+    """As :func:`crowd`, as a generator that yields progress."""
+    settings = settings or CrowdSettings()
+    refuse_bad_duration(duration)
+    refuse_empty(embedding)
+    reader = LinkReader(embedding)
+    astray = np.flatnonzero(~reader.are_nodes(np.array(starts, dtype=int).reshape(-1, 4)))
+    if len(astray):
+        raise WalkError(f"The start of walker {astray[0] + 1} is no node of the embedding; choose a covered place.")
+    last_frame = int(np.ceil(duration * embedding.graph.frame_rate - 1e-6))
+    planner = _Planner(reader, len(starts), last_frame, rng, settings)
+
+    unserved = list(_crowded_starts(planner, starts))
+    waiting = [walker for walker in range(len(starts)) if walker not in {u.walker for u in unserved}]
+    walks: dict[int, Walk] = {}
+    repairs = Counter()
+    while waiting:
+        walker = waiting.pop(0)
+        plan = yield from planner.plan_steps(walker, starts[walker], len(walks) / len(starts))
+        if plan.walk is not None:
+            walks[walker] = plan.walk
+        elif repairs[walker] < settings.repairs and plan.in_the_way:
+            # One more of them each time; those that were in the way most often first.
+            repairs[walker] += 1
+            asked = [other for other, _ in plan.in_the_way.most_common(repairs[walker])]
+            for other in asked:
+                planner.reservation.release(other)
+                del walks[other]
+            waiting = [walker, *asked, *waiting]
+        else:
+            unserved.append(Unserved(walker, plan.reason))
+    walkers = tuple(sorted(walks))
+    unserved.sort(key=lambda u: u.walker)
+    return Crowd(embedding, walkers, tuple(walks[w] for w in walkers), tuple(unserved), last_frame + 1)
+
+
+def _crowded_starts(planner: "_Planner", starts: Sequence[Node]) -> Generator[Unserved, None, None]:
+    """Those who would start too close to one who was named before them. Leaves nothing reserved."""
+    standing = []
+    for walker, node in enumerate(starts):
+        place = planner.place(node)
+        conflict = planner.reservation.conflicts(0, place, place[None, None], 0.0)[0]
+        if conflict.any():
+            other = int(np.argmax(conflict))
+            yield Unserved(walker, f"Walker {walker + 1} would start in the same place as walker {other + 1}.")
+        else:
+            planner.reservation.reserve(walker, place[None])
+            standing.append(walker)
+    for walker in standing:
+        planner.reservation.release(walker)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A walk, already reserved; or None, why, and how often each other walker was in the way."""
+
+    walk: Walk | None
+    reason: str
+    in_the_way: Counter
+
+
+class _Planner:
+    """Plans one walker after the other, around all that is reserved."""
+
+    def __init__(
+        self, reader: LinkReader, n_walkers: int, last_frame: int, rng: np.random.Generator, settings: CrowdSettings
+    ):
+        embedding = reader.embedding
+        self._reader, self._rng, self._settings, self._last_frame = reader, rng, settings, last_frame
+        self._grid, self._merge_of = embedding.environment.grid, embedding.network.merge_of
+        self._frame_rate = embedding.graph.frame_rate
+        self._paths = StencilPaths(embedding)
+        n_frames = last_frame + self._paths.positions.shape[1] + 1
+        self.reservation = Reservation(embedding, n_walkers, n_frames, 2 * settings.radius)
+
+    def place(self, node: Node) -> np.ndarray:
+        """World x, y in metres."""
+        return self._grid.positions(np.array(node[:2]))
+
+    def plan_steps(self, walker: int, start: Node, done: float) -> Generator[Progress, None, _Plan]:
+        """Find a walk that meets nobody, and reserve it; ``done`` is the share of the crowd that has its walk."""
+        in_the_way = Counter()
+        place = self.place(start)
+        met = self.reservation.conflicts(0, place, place[None, None], 0.0)[0]
+        if met.any():
+            in_the_way.update(np.flatnonzero(met).tolist())
+            return _Plan(None, f"Walker {walker + 1} has no room to start.", in_the_way)
+        trail, memory = Trail(self._reader, start), Memory(self._reader)
+        memory.pass_by(start)
+        # ahead[i]: stencils still to try from node i of the trail, the next one last.
+        ahead = [self._choices(trail, memory, in_the_way)]
+        dead: set[tuple[int, int, int, int, int]] = set()
+        n_tried, latest = 0, 0
+        while trail.frames < self._last_frame:
+            if n_tried % REPORTED_NODES == 0:
+                yield Progress(done, f"Planning walker {walker + 1}")
+            if ahead[-1]:
+                trail.take(ahead[-1].pop())
+                latest = max(latest, trail.frames)
+                if self._key(trail) in dead:
+                    trail.back()
+                    continue
+                n_tried += 1
+                if n_tried > self._settings.patience:
+                    return _Plan(None, self._given_up(walker, latest), in_the_way)
+                memory.pass_by(trail.node)
+                ahead.append(self._choices(trail, memory, in_the_way))
+            else:
+                # What can follow depends on the place and on the segment's children only.
+                dead.add(self._key(trail))
+                ahead.pop()
+                if not ahead:
+                    return _Plan(None, self._shut_in(walker, latest), in_the_way)
+                memory.forget(trail.node)
+                trail.back()
+        walk = trail.walk()
+        self.reservation.reserve(walker, walk.root_path[:, :2])
+        return _Plan(walk, "", in_the_way)
+
+    def _choices(self, trail: Trail, memory: Memory, in_the_way: Counter) -> list[int]:
+        """The links on which nobody is met, in random order by their weights, the first to try last."""
+        if trail.frames >= self._last_frame:
+            return []
+        crossing = memory.crossing(trail.node)
+        start = self.place(trail.node)
+        paths = start + self._paths.positions[crossing.stencils]
+        met = self.reservation.conflicts(trail.frames + 1, start, paths, self._paths.reach)
+        for other in np.flatnonzero(met.any(axis=0)).tolist():
+            in_the_way[other] += int(np.count_nonzero(met[:, other]))
+        # Drawn without replacement, weight by weight (Efraimidis and Spirakis 2006); links of no weight come last.
+        likely = probabilities(self._settings.weighting, crossing)
+        with np.errstate(divide="ignore"):
+            order = np.argsort(-self._rng.exponential(size=len(likely)) / likely, kind="stable")
+        clear = ~met.any(axis=1)
+        return crossing.stencils[order[clear[order]]].tolist()
+
+    def _key(self, trail: Trail) -> tuple[int, int, int, int, int]:
+        x, y, heading, segment = trail.node
+        nx, ny, _ = self._grid.shape
+        return x % nx, y % ny, heading, self._merge_of[segment], trail.frames
+
+    def _shut_in(self, walker: int, latest: int) -> str:
+        if latest == 0:
+            meets = "every first step meets another walker"
+        else:
+            meets = f"every way meets another walker, at the latest {latest / self._frame_rate:.1f} s or one step later"
+        return f"Walker {walker + 1} is shut in: {meets}. Start it elsewhere, or use fewer walkers."
+
+    def _given_up(self, walker: int, latest: int) -> str:
+        return (
+            f"Walker {walker + 1} found no way in {self._settings.patience:,} tries; the farthest of them lasted "
+            f"{latest / self._frame_rate:.1f} s. Use fewer walkers, a smaller radius or more patience."
+        )

@@ -1,0 +1,251 @@
+"""Performances: walk to where an action can be played at a place, and play it there."""
+
+from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes
+from ..errors import WalkError
+from ..motion.graph import MotionGraph
+from ..progress import Progress, finish, portion
+from .course import link_edits
+from .directed import course_steps, last_frame, quickest_steps, start_nodes
+from .link_reader import LinkReader, Node
+from .reservation import StencilPaths
+from .walk import Trail, Walk, refuse_empty
+
+
+@dataclass(frozen=True)
+class Performance:
+    """A walk to an action and through it.
+
+    Attributes
+    ----------
+    walk : Walk
+    first : int
+        Index of the first link that plays the action; all links from there on do.
+    place : (2,) float array
+        World x, y of the root in the middle of the action (m).
+    """
+
+    walk: Walk
+    first: int
+    place: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Action:
+    """Segments to play one after the other; the middle of the action is a frame of one of them."""
+
+    segments: tuple[int, ...]
+    middle: int
+    frame: int
+
+
+def perform(
+    embedding: Embedding,
+    start: Node | Nodes,
+    segments: Iterable[int],
+    position: Sequence[float],
+    radius: float,
+    tag: str | None = None,
+    limit: float | None = None,
+) -> Performance:
+    """The quickest walk to where an action can begin so that its middle comes to lie near a place; and the action.
+
+    Parameters
+    ----------
+    start : node (x, y, heading, segment), or Nodes to start from the best of
+    segments : indices
+        Those of the action, for example :func:`..evaluation.goals.segments_of_clip`. Segments that follow one another
+        in a clip are played one after the other, all of them; of several such runs, the one that can begin first.
+    position : x, y in metres
+    radius : float
+        Metres from the position to the root at the middle of the action, at most.
+    tag : str, optional
+        The middle of the action is that of its frames with this tag; by default of all its frames.
+    limit : float, optional
+        Seconds until the action begins, at most.
+
+    Raises
+    ------
+    WalkError
+        The action cannot be played there, or not in time, or the start is no node of the embedding.
+    """
+    return finish(perform_steps(embedding, start, segments, position, radius, tag, limit))
+
+
+def perform_steps(
+    embedding: Embedding,
+    start: Node | Nodes,
+    segments: Iterable[int],
+    position: Sequence[float],
+    radius: float,
+    tag: str | None = None,
+    limit: float | None = None,
+) -> Generator[Progress, None, Performance]:
+    """As :func:`perform`, as a generator that yields progress."""
+    refuse_empty(embedding)
+    if not (np.isfinite(position).all() and radius >= 0):
+        raise WalkError("The place of the action is not a number, or its radius is negative; choose another one.")
+    reader = LinkReader(embedding)
+    starts = start_nodes(reader, start)
+    stage = _Stage(embedding, np.asarray(position, dtype=float)[:2], radius)
+    scripts = []
+    for number, action in enumerate(actions := _actions(embedding.graph, segments, tag)):
+        yield Progress(0.1 * number / len(actions), "Looking for room")
+        scripts.append(stage.script(action))
+    goal = [0] * len(embedding.nodes)
+    for script in scripts:
+        goal = [a | b for a, b in zip(goal, script.beginnings, strict=True)]
+    if not any(goal):
+        raise WalkError(
+            f"The action cannot be played within {radius:g} m of ({position[0]:.2f}, {position[1]:.2f}): it does not "
+            "fit there, or no walk leads to it and away from it. Choose a larger radius or another place."
+        )
+    course = yield from portion(course_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
+    trail = yield from portion(quickest_steps(reader, course, starts, limit), 0.9, 1.0)
+    first = len(trail.stencils)
+    best = min(
+        (found for script in scripts if (found := script.play(reader, trail.node)) is not None), key=lambda f: f.edit
+    )
+    for stencil in best.stencils:
+        trail.take(stencil)
+    link, frame = first + best.action.middle, best.action.frame
+    walk = trail.walk()
+    return Performance(walk, first, walk.root_path[walk.seams[link] + frame, :2])
+
+
+def continued(walk: Walk, further: Walk) -> Walk:
+    """Two walks as one; the second starts at the node where the first ends, whichever tile it was planned in."""
+    reader = LinkReader(walk.embedding)
+    ends = reader.wrapped(np.stack([walk.states[-1], further.states[0]]))
+    if not np.array_equal(*ends):
+        raise WalkError("The second walk does not start where the first one ends; plan it from there.")
+    trail = Trail(reader, tuple(walk.states[-1].tolist()))
+    for stencil in further.stencils.tolist():
+        trail.take(stencil)
+    states = np.concatenate([walk.states, np.array(trail.states)[1:].reshape(-1, 4)])
+    return Walk(walk.embedding, states, np.concatenate([walk.stencils, further.stencils]))
+
+
+def _actions(graph: MotionGraph, segments: Iterable[int], tag: str | None) -> list[_Action]:
+    """The runs of segments that follow one another in their clips."""
+    chosen = sorted(set(segments), key=lambda s: (graph.segments[s].clip, graph.segments[s].first))
+    if not chosen:
+        raise WalkError("The action has no segment in the motion graph; choose another action.")
+    linked = set(map(tuple, graph.links.tolist()))
+    runs: list[list[int]] = []
+    for index in chosen:
+        segment, before = graph.segments[index], graph.segments[runs[-1][-1]] if runs else None
+        follows = before is not None and before.clip == segment.clip and before.last == segment.first
+        if follows and (runs[-1][-1], index) in linked:
+            runs[-1].append(index)
+        else:
+            runs.append([index])
+    return [_action(graph, run, tag) for run in runs]
+
+
+def _action(graph: MotionGraph, run: list[int], tag: str | None) -> _Action:
+    frames = [(i, frame) for i, index in enumerate(run) for frame in range(graph.segments[index].n_frames)]
+    if tag is not None:
+        tagged = [(i, frame) for i, frame in frames if tag in (t := graph.segments[run[i]].tags) and t[tag][frame]]
+        frames = tagged or frames
+    middle, frame = frames[len(frames) // 2]
+    return _Action(tuple(run), middle, frame)
+
+
+@dataclass(frozen=True)
+class _Played:
+    action: _Action
+    stencils: list[int]
+    edit: float
+
+
+@dataclass(frozen=True)
+class _Script:
+    """Where an action can begin, and the links by which it is played.
+
+    Attributes
+    ----------
+    beginnings : Nodes
+    able : for each segment of the action and each of its stencils, the plane of starts from which the rest of the
+        action can be played to its end
+    """
+
+    embedding: Embedding
+    action: _Action
+    beginnings: Nodes
+    able: tuple[dict[int, int], ...]
+
+    def play(self, reader: LinkReader, node: Node) -> _Played | None:
+        """The links of the action from a node, with the least edit; None if it cannot begin there."""
+        nx, ny = self.embedding.shape[:2]
+        layout, edits = self.embedding.unrolling.layout, link_edits(self.embedding)
+        ways: dict[Node, tuple[float, list[int]]] = {node: (0.0, [])}
+        for able in self.able:
+            onward: dict[Node, tuple[float, list[int]]] = {}
+            for here, (edit, stencils) in ways.items():
+                bit = layout.bit(here[0] % nx, here[1] % ny)
+                for k in reader.stencils_from(here).tolist():
+                    if able.get(k, 0) >> bit & 1:
+                        there, total = reader.follow(here, k), edit + float(edits[k])
+                        if there not in onward or total < onward[there][0]:
+                            onward[there] = (total, [*stencils, k])
+            ways = onward
+        if not ways:
+            return None
+        edit, stencils = min(ways.values(), key=lambda way: way[0])
+        return _Played(self.action, stencils, edit)
+
+
+class _Stage:
+    """A place, and what can be played around it."""
+
+    def __init__(self, embedding: Embedding, position: np.ndarray, radius: float):
+        self._embedding, self._radius = embedding, radius
+        grid = embedding.environment.grid
+        #: (nx, ny, 2) metres from the position to each cell.
+        self._offsets = grid.positions(np.moveaxis(np.indices(grid.shape[:2]), 0, -1)) - position
+        self._paths = StencilPaths(embedding)
+
+    def script(self, action: _Action) -> _Script:
+        """Backwards through the action: from where each of its segments leads to where the next one can start."""
+        embedding, network = self._embedding, self._embedding.network
+        layout, n_headings = network.layout, network.n_headings
+        stencils, valid = embedding.unrolling.stencils, embedding.unrolling.valid
+        # Where the character may stand before the next segment; at the end, wherever the embedding goes on.
+        allowed = [layout.ground] * n_headings
+        able: list[dict[int, int]] = []
+        for i in range(len(action.segments) - 1, -1, -1):
+            segment = action.segments[i]
+            ends = embedding.planes[segment * n_headings : (segment + 1) * n_headings]
+            extended = [layout.extend(plane & free) for plane, free in zip(ends, allowed, strict=True)]
+            starts, of_stencils = [0] * n_headings, {}
+            for k in np.flatnonzero(stencils.segment == segment).tolist():
+                there = extended[int(stencils.destination_heading[k])]
+                shift = int(layout.shift(stencils.dx[k], stencils.dy[k]))
+                plane = valid[k] & (there >> shift if shift >= 0 else there << -shift)
+                if plane and i == action.middle:
+                    plane &= self._near(k, action.frame)
+                if plane:
+                    of_stencils[k] = plane
+                    starts[int(stencils.heading[k])] |= plane
+            able.insert(0, of_stencils)
+            allowed = starts
+        first = action.segments[0]
+        standing = [
+            plane & allowed[index % n_headings] if index // n_headings in network.parents[first] else 0
+            for index, plane in enumerate(embedding.planes)
+        ]
+        return _Script(embedding, action, network.bundles(standing), tuple(able))
+
+    def _near(self, stencil: int, frame: int) -> int:
+        """The plane of starts from which a frame of a stencil lies within the radius."""
+        grid = self._embedding.environment.grid
+        away = self._offsets + (self._paths.positions[stencil, frame - 1] if frame else 0.0)
+        if grid.tiled:
+            away = away - grid.size * np.rint(away / grid.size)
+        return self._embedding.unrolling.layout.pack(np.linalg.norm(away, axis=2) <= self._radius)

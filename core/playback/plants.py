@@ -1,0 +1,111 @@
+"""Plants: when, and on which of its joints, a foot stands while a walk is played."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion.clip import MotionClip
+from ..motion.contacts import ContactSettings, joint_contacts
+from ..motion.joint_roles import foot_joints
+from .walk import Walk
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A stretch of frames during which a foot stays on the ground, rolling from one of its joints to another.
+
+    Attributes
+    ----------
+    side : int
+        0 for the left foot, 1 for the right one.
+    first, last : int
+        Its frames, both included.
+    pivots : (last - first + 1,) int array
+        The joint that the foot stands on in each frame: of those on the ground the one farthest down the foot (the
+        toes, if they are, else the ankle).
+    """
+
+    side: int
+    first: int
+    last: int
+    pivots: np.ndarray
+
+    @property
+    def n_frames(self) -> int:
+        return self.last - self.first + 1
+
+    def later(self, frames: int) -> "Plant":
+        """The same plant some frames later."""
+        return Plant(self.side, self.first + frames, self.last + frames, self.pivots)
+
+    def within(self, first: int, last: int) -> "Plant":
+        """The part of it from one frame to another, both included."""
+        a, b = max(self.first, first), min(self.last, last)
+        return Plant(self.side, a, b, self.pivots[a - self.first : b + 1 - self.first])
+
+    def shift(self, positions: np.ndarray) -> np.ndarray:
+        """(n_frames, 2) metres that would keep the foot where it stands, starting from 0, 0.
+
+        The opposite of how the pivot travels on the ground in ``positions`` (F, J, 3). From one frame to the next it
+        is the pivot of the later one that must not move.
+        """
+        later = np.arange(self.first + 1, self.last + 1)
+        joints = self.pivots[1:]
+        travelled = positions[later, joints, :2] - positions[later - 1, joints, :2]
+        return -np.concatenate([np.zeros((1, 2)), np.cumsum(travelled, axis=0)])
+
+    def speeds(self, positions: np.ndarray, frame_rate: float) -> np.ndarray:
+        """(n_frames - 1,) metres per second that the pivot slides on the ground from each frame to the next."""
+        return np.linalg.norm(np.diff(self.shift(positions), axis=0), axis=1) * frame_rate
+
+
+def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:
+    """The plants of a motion that is repeated every ``lap`` frames, joined where the next lap goes on from the last."""
+    found: list[Plant] = []
+    for side in (0, 1):
+        own = [plant.later(number * lap) for number in range(n_laps) for plant in plants if plant.side == side]
+        for plant in own:
+            before = found[-1] if found and found[-1].side == side else None
+            if before is not None and plant.first <= before.last:
+                pivots = np.concatenate([before.pivots, plant.pivots[before.last - plant.first + 1 :]])
+                found[-1] = Plant(side, before.first, before.first + len(pivots) - 1, pivots)
+            else:
+                found.append(plant)
+    return found
+
+
+def clip_plants(clip: MotionClip, settings: ContactSettings | None = None) -> list[Plant]:
+    """The plants of a clip; ClipError if its feet cannot be told."""
+    settings = settings or ContactSettings()
+    return _plants(joint_contacts(clip, settings), foot_joints(clip.skeleton, settings.feet))
+
+
+def walk_plants(walk: Walk, settings: ContactSettings | None = None) -> list[Plant]:
+    """The plants of a walk: those of the source clips, joined across its seams.
+
+    The clips know better than the blended motion when a foot stands: there it may slide. On the frame of a seam
+    a joint is planted if it is so on either side. ClipError if the feet cannot be told.
+    """
+    settings = settings or ContactSettings()
+    graph = walk.embedding.graph
+    feet = foot_joints(graph.clips[0].skeleton, settings.feet)
+    contacts = [np.zeros((walk.seams[-1] + 1, len(foot)), dtype=bool) for foot in feet]
+    of_clip: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    for index, first, last in zip(walk.segments, walk.seams[:-1], walk.seams[1:], strict=True):
+        segment = graph.segments[index]
+        if segment.clip not in of_clip:
+            of_clip[segment.clip] = joint_contacts(graph.clips[segment.clip], settings)
+        for planted, source in zip(contacts, of_clip[segment.clip], strict=True):
+            planted[first : last + 1] |= source[segment.first : segment.last + 1]
+    return _plants(contacts, feet)
+
+
+def _plants(contacts: Sequence[np.ndarray], feet: Sequence[Sequence[int]]) -> list[Plant]:
+    found = []
+    for side, (planted, foot) in enumerate(zip(contacts, feet, strict=True)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], planted.any(axis=1), [False]]).astype(int)))
+        # Joints are in order from the ankle to the tip.
+        lowest = np.asarray(foot)[len(foot) - 1 - np.argmax(planted[:, ::-1], axis=1)]
+        found += [Plant(side, a, b - 1, lowest[a:b]) for a, b in edges.reshape(-1, 2).tolist()]
+    return found

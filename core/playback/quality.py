@@ -1,0 +1,247 @@
+"""How good a walk's motion is, as numbers, and where it is worst."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..errors import ClipError, WalkError
+from ..motion.clip import MotionClip
+from ..motion.contacts import ContactSettings
+from ..motion.joint_roles import foot_joints
+from .plants import Plant, clip_plants, walk_plants
+from .seams import seam_gaps
+from .walk import Walk
+
+#: What an onlooker begins to notice; defects of different kinds are ranked by how many times they exceed it.
+NOTICEABLE = {"slide": 0.1, "gap": np.radians(20), "speed": 0.3, "turn": np.radians(45), "edit": 0.08}
+
+
+@dataclass(frozen=True)
+class FootSlide:
+    """How fast a foot slides over the ground while it is planted, in metres per second.
+
+    Measured at what it stands on (:class:`.plants.Plant`), from each frame to the next. ``worst_frame`` is the first
+    of the two frames of the walk; ``source_mean`` that of the clips that the walk is made of. All are 0 for a foot
+    that is never planted.
+    """
+
+    foot: str
+    mean: float
+    worst: float
+    worst_frame: int
+    source_mean: float
+
+    def describe(self) -> str:
+        return (
+            f"{self.foot} slides at {self.mean:.3f} m/s on average ({self.source_mean:.3f} in the clips), "
+            f"{self.worst:.2f} m/s at frame {self.worst_frame}."
+        )
+
+
+@dataclass(frozen=True)
+class PoseGap:
+    """The largest angle (rad) that a joint has to make up for at a seam, before blending."""
+
+    frame: int
+    joint: str
+    angle: float
+    clip_before: str
+    clip_after: str
+
+    def describe(self) -> str:
+        return (
+            f"Largest pose gap {np.degrees(self.angle):.1f}° at {self.joint}, frame {self.frame}, from "
+            f"'{self.clip_before}' to '{self.clip_after}'."
+        )
+
+
+@dataclass(frozen=True)
+class SeamJump:
+    """The largest change at a seam of the root's speed (m/s), or of its turn rate (rad/s), within one frame."""
+
+    frame: int
+    value: float
+
+
+@dataclass(frozen=True)
+class WorstFrame:
+    """A frame worth looking at: what is wrong there, how much, and how many times what is noticeable that is."""
+
+    frame: int
+    what: str
+    value: float
+    unit: str
+    severity: float
+
+    def describe(self) -> str:
+        return f"Frame {self.frame}: {self.what}, {self.value:.3g} {self.unit}"
+
+
+@dataclass(frozen=True)
+class WalkQuality:
+    """What :func:`walk_quality` finds.
+
+    Attributes
+    ----------
+    feet : tuple of FootSlide
+        Left and right; none if the feet cannot be told.
+    feet_unknown : str
+        Why they cannot; empty if they can.
+    largest_gap : PoseGap or None
+        None for a walk without seams, as of the jumps.
+    position_edit, heading_edit : float
+        Metres and radians by which the root path was edited to reach its grid elements, for each metre of it.
+    speed_jump, turn_jump : SeamJump or None
+    worst_frames : tuple of WorstFrame
+        The worst first: of each plant its fastest frame, of each seam its largest gap and its jumps, of each segment
+        its edit.
+    """
+
+    feet: tuple[FootSlide, ...]
+    feet_unknown: str
+    largest_gap: PoseGap | None
+    position_edit: float
+    heading_edit: float
+    speed_jump: SeamJump | None
+    turn_jump: SeamJump | None
+    worst_frames: tuple[WorstFrame, ...]
+
+    @property
+    def mean_slide(self) -> float:
+        """Mean of both feet in metres per second; not a number if they cannot be told."""
+        return float(np.mean([foot.mean for foot in self.feet])) if self.feet else float("nan")
+
+    def describe(self) -> str:
+        """The report for people, a line for each finding."""
+        lines = [foot.describe() for foot in self.feet] or [self.feet_unknown]
+        if self.largest_gap is not None:
+            lines.append(self.largest_gap.describe())
+        lines.append(
+            f"The root path was edited by {100 * self.position_edit:.1f} cm and {np.degrees(self.heading_edit):.1f}° "
+            "for each metre."
+        )
+        if self.speed_jump is not None and self.turn_jump is not None:
+            lines.append(
+                f"At seams the speed changes by up to {self.speed_jump.value:.2f} m/s (frame {self.speed_jump.frame}), "
+                f"the turn rate by up to {np.degrees(self.turn_jump.value):.0f}°/s (frame {self.turn_jump.frame})."
+            )
+        return "\n".join(lines)
+
+
+def walk_quality(
+    walk: Walk, clip: MotionClip, contacts: ContactSettings | None = None, n_worst: int = 20
+) -> WalkQuality:
+    """Measure the motion ``clip`` that a walk became, cleaned up or not. Frames are those of the walk, from 0.
+
+    WalkError if the clip has another number of frames than the walk.
+    """
+    if clip.n_frames != walk.seams[-1] + 1:
+        raise WalkError(
+            f"The motion has {clip.n_frames} frames and the walk {walk.seams[-1] + 1}; measure the motion at the "
+            "motion graph's frame rate."
+        )
+    feet, feet_unknown, worst = _slides(walk, clip, contacts or ContactSettings())
+    gap, gaps = _gaps(walk)
+    speed_jump, turn_jump, jumps = _jumps(walk, clip)
+    position_edit, heading_edit, edits = _edits(walk)
+    worst += gaps + jumps + edits
+    worst.sort(key=lambda entry: (-entry.severity, entry.frame))
+    return WalkQuality(
+        feet, feet_unknown, gap, position_edit, heading_edit, speed_jump, turn_jump, tuple(worst[:n_worst])
+    )
+
+
+def foot_slide(plants: list[Plant], positions: np.ndarray, frame_rate: float) -> np.ndarray:
+    """(n,) metres per second that feet slide from frame to frame during plants; ``positions`` (F, J, 3) in metres."""
+    return np.concatenate([np.empty(0), *(plant.speeds(positions, frame_rate) for plant in plants)])
+
+
+def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings):
+    graph, skeleton = walk.embedding.graph, clip.skeleton
+    try:
+        joints = foot_joints(skeleton, settings.feet)
+        plants = walk_plants(walk, settings)
+    except ClipError as error:
+        return (), str(error), []
+    sources = [graph.clips[i] for i in sorted({graph.segments[s].clip for s in walk.segments})]
+    source_plants = [(source, clip_plants(source, settings)) for source in sources]
+    positions, feet, worst = clip.world[1], [], []
+    for side in (0, 1):
+        name = skeleton.names[joints[side][0]]
+        own = [plant for plant in plants if plant.side == side and plant.n_frames > 1]
+        of_source = np.concatenate(
+            [
+                foot_slide([plant for plant in found if plant.side == side], source.world[1], graph.frame_rate)
+                for source, found in source_plants
+            ]
+        )
+        speeds = foot_slide(own, positions, graph.frame_rate)
+        for plant in own:
+            slide = plant.speeds(positions, graph.frame_rate)
+            frame, value = plant.first + int(np.argmax(slide)), float(slide.max())
+            worst.append(WorstFrame(frame, f"{name} slides", value, "m/s", value / NOTICEABLE["slide"]))
+        frame = max(worst[-len(own) :], key=lambda entry: entry.value).frame if own else 0
+        feet.append(
+            FootSlide(
+                name,
+                float(speeds.mean()) if len(speeds) else 0.0,
+                float(speeds.max(initial=0.0)),
+                frame,
+                float(of_source.mean()) if len(of_source) else 0.0,
+            )
+        )
+    return tuple(feet), "", worst
+
+
+def _gaps(walk: Walk) -> tuple[PoseGap | None, list[WorstFrame]]:
+    graph = walk.embedding.graph
+    if len(walk) < 2:
+        return None, []
+    gaps = seam_gaps(walk)
+    names = graph.clips[0].skeleton.names
+    joints = np.argmax(gaps.angles, axis=1)
+    angles = gaps.angles[np.arange(len(joints)), joints]
+    worst = [
+        WorstFrame(frame, f"pose gap of {names[joint]}", float(np.degrees(angle)), "°", angle / NOTICEABLE["gap"])
+        for frame, joint, angle in zip(gaps.frames.tolist(), joints.tolist(), angles.tolist(), strict=True)
+    ]
+    at = int(np.argmax(angles))
+    before, after = (graph.clips[graph.segments[walk.segments[at + k]].clip].name for k in (0, 1))
+    return PoseGap(int(gaps.frames[at]), names[joints[at]], float(angles[at]), before, after), worst
+
+
+def _jumps(walk: Walk, clip: MotionClip) -> tuple[SeamJump | None, SeamJump | None, list[WorstFrame]]:
+    seams, rate = walk.seams[1:-1], walk.embedding.graph.frame_rate
+    if len(seams) == 0:
+        return None, None, []
+    steps = np.diff(clip.ground_path, axis=0) * rate
+    speeds, turns = np.linalg.norm(steps[:, :2], axis=1), steps[:, 2]
+    found, worst = [], []
+    for kind, values, what, unit, factor in (
+        ("speed", speeds, "change of speed", "m/s", 1.0),
+        ("turn", turns, "change of turn rate", "°/s", 180 / np.pi),
+    ):
+        jumps = np.abs(values[seams] - values[seams - 1])
+        at = int(np.argmax(jumps))
+        found.append(SeamJump(int(seams[at]), float(jumps[at])))
+        worst += [
+            WorstFrame(frame, what, jump * factor, unit, jump / NOTICEABLE[kind])
+            for frame, jump in zip(seams.tolist(), jumps.tolist(), strict=True)
+        ]
+    return found[0], found[1], worst
+
+
+def _edits(walk: Walk) -> tuple[float, float, list[WorstFrame]]:
+    stencils = walk.embedding.unrolling.stencils
+    moved = np.linalg.norm(stencils.position_error[walk.stencils], axis=1)
+    turned = np.abs(stencils.heading_error[walk.stencils])
+    path = walk.root_path
+    lengths = [np.linalg.norm(np.diff(path[a : b + 1, :2], axis=0), axis=1).sum() for a, b in pairwise(walk.seams)]
+    total = max(float(np.sum(lengths)), 1e-9)
+    worst = []
+    for first, metres, length in zip(walk.seams[:-1].tolist(), moved.tolist(), lengths, strict=True):
+        # Over less than a step a metre says little.
+        share = metres / max(float(length), 0.5)
+        worst.append(WorstFrame(first, "edited root path", 100 * share, "cm/m", share / NOTICEABLE["edit"]))
+    return float(moved.sum()) / total, float(turned.sum()) / total, worst

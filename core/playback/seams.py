@@ -1,0 +1,139 @@
+"""Seams: what changes where one segment of a walk takes over from another."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..errors import WalkError
+from ..motion.graph import MotionGraph
+from ..motion.kinematics import as_quaternions, as_rotation
+from .walk import Walk
+
+
+@dataclass(frozen=True)
+class SeamGaps:
+    """The gaps between the source clips' poses at the S seams of a walk, place and heading left out; J joints.
+
+    Attributes
+    ----------
+    frames, ends : (S,) int array
+        Frame of the walk at which the next segment starts, and at which the last one ends: the same, but for the
+        seam of a closed walk between its end and its start.
+    before, after : (S,) int array
+        Number of the segment on the walk that ends there, and of the one that starts.
+    turns : (S, J, 3) float array
+        Rotation vectors (rad) from each joint's rotation before the seam to that after it, in its own frame before.
+    turn_rates : (S, 2, J, 3) float array
+        Rates (rad/s) at the seam of the rotation vectors that are to be added before, and after it, so that the
+        angular velocity of both sides is the same there.
+    moves, move_rates : (S, J, 3) float array
+        The same of the translations: metres, and what their velocities (m/s) change by.
+    """
+
+    frames: np.ndarray
+    ends: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    turns: np.ndarray
+    turn_rates: np.ndarray
+    moves: np.ndarray
+    move_rates: np.ndarray
+
+    @cached_property
+    def angles(self) -> np.ndarray:
+        """(S, J) radians that each joint turns by at each seam."""
+        return np.linalg.norm(self.turns, axis=2)
+
+
+def seam_gaps(walk: Walk, closed: bool = False) -> SeamGaps:
+    """The gaps at the seams of a walk; if it is closed, at last the one between its end and its start.
+
+    Rates are centred differences in the whole clips, so that a segment followed by its own continuation leaves no gap
+    at all. WalkError if a closed walk does not end at the node that it starts from.
+    """
+    graph, n = walk.embedding.graph, len(walk)
+    if closed and tuple(walk.states[0, 2:]) != tuple(walk.states[-1, 2:]):
+        raise WalkError(
+            "The walk does not return to the heading and the segment that it starts from, so that it cannot be "
+            "repeated; ask for a loop."
+        )
+    before = np.arange(n if closed else n - 1)
+    after = (before + 1) % n
+    segments = [graph.segments[s] for s in walk.segments]
+    clip = np.array([segment.clip for segment in segments])
+    first, last = (np.array([getattr(segment, end) for segment in segments]) for end in ("first", "last"))
+    rotations_a, translations_a = poses_at(graph, clip[before], last[before])
+    rotations_b, translations_b = poses_at(graph, clip[after], first[after])
+    shape = rotations_a.shape[:2]
+    a, b = as_rotation(rotations_a), as_rotation(rotations_b)
+    turns = (a.inv() * b).as_rotvec()
+    omega_a, velocity_a = _rates(graph, clip[before], last[before])
+    omega_b, velocity_b = _rates(graph, clip[after], first[after])
+    # Both sides meet in the middle of the gap, at the mean of their angular velocities as seen from there.
+    half = Rotation.from_rotvec(turns / 2)
+    seen_a, seen_b = half.inv().apply(omega_a.reshape(-1, 3)), half.apply(omega_b.reshape(-1, 3))
+    common = (seen_a + seen_b) / 2
+    rates = [_vector_rate(turns / 2, common - seen_a), _vector_rate(-turns / 2, common - seen_b)]
+    return SeamGaps(
+        frames=walk.seams[:-1][after],
+        ends=walk.seams[1:][before],
+        before=before,
+        after=after,
+        turns=turns.reshape(*shape, 3),
+        turn_rates=np.stack([rate.reshape(*shape, 3) for rate in rates], axis=1),
+        moves=translations_b - translations_a,
+        move_rates=velocity_b - velocity_a,
+    )
+
+
+def poses_at(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(N, J, 4) rotations and (N, J, 3) translations of N samples of the graph's clips, without place and heading.
+
+    What is left of the root is its height and its tilt; where the heading is steadier than the root, the tilt holds
+    the sway of the hips.
+    """
+    n_joints = graph.clips[0].skeleton.n_joints
+    rotations, translations = np.empty((len(frames), n_joints, 4)), np.empty((len(frames), n_joints, 3))
+    heading = np.empty(len(frames))
+    for index in np.unique(clips):
+        here, clip = clips == index, graph.clips[index]
+        rotations[here], translations[here] = clip.rotations[frames[here]], clip.translations[frames[here]]
+        heading[here] = clip.ground_path[frames[here], 2]
+    unheading = Rotation.from_rotvec(-heading[:, None] * [0.0, 0.0, 1.0])
+    rotations[:, 0] = as_quaternions(unheading * as_rotation(rotations[:, 0]), (len(frames),))
+    translations[:, 0, :2] = 0.0
+    return rotations, translations
+
+
+def window_steps(windows: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """The frames of (S,) windows at seams: which seam, and how far from it, from ``first`` to the window's last."""
+    counts = np.where(windows > 0, windows + 1 - first, 0)
+    seam = np.repeat(np.arange(len(windows)), counts)
+    step = np.arange(len(seam)) - np.repeat(np.cumsum(counts) - counts, counts) + first
+    return seam, step
+
+
+def _rates(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(N, J, 3) angular velocity (rad/s, in the joints' own frames) and (N, J, 3) velocity (m/s)."""
+    length = np.array([clip.n_frames for clip in graph.clips])[clips]
+    earlier, later = np.maximum(frames - 1, 0), np.minimum(frames + 1, length - 1)
+    rotations_a, translations_a = poses_at(graph, clips, earlier)
+    rotations_b, translations_b = poses_at(graph, clips, later)
+    seconds = ((later - earlier) / graph.frame_rate)[:, None, None]
+    turns = (as_rotation(rotations_a).inv() * as_rotation(rotations_b)).as_rotvec()
+    return turns.reshape(translations_a.shape) / seconds, (translations_b - translations_a) / seconds
+
+
+def _vector_rate(vectors: np.ndarray, omega: np.ndarray) -> np.ndarray:
+    """(N, 3) rate of (N, 3) rotation vectors whose rotation has the angular velocity ``omega`` in its own frame.
+
+    The inverse of the right Jacobian of SO(3) (Solà et al. 2018, "A micro Lie theory", eq. 144).
+    """
+    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    small = angle < 1e-4
+    safe = np.where(small, 1.0, angle)
+    factor = np.where(small, 1 / 12, 1 / safe**2 - 1 / (2 * safe * np.tan(safe / 2)))
+    turned = np.cross(vectors, omega)
+    return omega + turned / 2 + factor * np.cross(vectors, turned)

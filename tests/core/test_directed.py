@@ -1,0 +1,210 @@
+"""Directed walks: exact least times, by Dijkstra over explicit links; of all quickest walks the one edited least."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import dijkstra
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintSettings
+from core.errors import WalkError
+from core.evaluation.why_not import Reason, why_not
+from core.playback.course import HEADING_LEVER, link_edits
+from core.playback.destination import destination, reason_at
+from core.playback.directed import rows_of, shortest_walk, walk_through
+from core.playback.link_reader import LinkReader
+from tests.bench import problems
+
+from .explicit_walks import assert_links, some_nodes
+from .motion_graphs import sample_graph
+from .reference import random_problem
+
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+def number_of(nodes):
+    """Row of each node in the list of ``to_csr``."""
+    return {tuple(node): row for row, node in enumerate(nodes.tolist())}
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_shortest_walks_take_the_time_that_dijkstra_says(seed, tiled):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 1)
+    rng = np.random.default_rng(seed)
+    nodes, links = embedding.to_csr()
+    goal, start = rng.permutation(len(nodes))[:2]
+    expected = dijkstra(links, indices=start)[goal]
+    walk = shortest_walk(embedding, tuple(nodes[start].tolist()), some_nodes(embedding, nodes[[goal]]))
+    assert_links(walk)
+    assert walk.duration == pytest.approx(expected)
+    assert tuple(walk.states[0]) == tuple(nodes[start])
+    end = walk.states[-1].copy()
+    end[:2] %= embedding.shape[:2]
+    assert tuple(end) == tuple(nodes[goal])
+    # No place is passed twice, and in the middle of the way the rest of it is the quickest, too.
+    middle = tuple(walk.states[len(walk) // 2].tolist())
+    middle = (middle[0] % embedding.shape[0], middle[1] % embedding.shape[1], *middle[2:])
+    if middle != tuple(nodes[goal]):
+        rest = shortest_walk(embedding, middle, some_nodes(embedding, nodes[[goal]]))
+        assert rest.duration == pytest.approx(walk.duration - walk.seams[len(walk) // 2] / 30)
+
+
+@given(st.integers(0, 10**6), st.booleans(), st.integers(1, 3))
+def test_waypoints_are_passed_in_the_least_time_of_the_whole(seed, tiled, n_goals):
+    """Layer after layer, from the last goal to the first: the definition, over explicit times between all nodes."""
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(1 < embedding.n_nodes < 1500)
+    rng = np.random.default_rng(seed)
+    nodes, links = embedding.to_csr()
+    apart = np.rint(dijkstra(links) * 30)
+    goals = [rng.permutation(len(nodes))[: rng.integers(1, 6)] for _ in range(n_goals)]
+    left = np.zeros(len(nodes))
+    for goal in reversed(goals):
+        left = (apart[:, goal] + left[goal]).min(axis=1)
+    starts = rng.permutation(len(nodes))[: rng.integers(1, 4)]
+    assume(left[starts].min() > 0)
+    given_starts = some_nodes(embedding, nodes[starts])
+    walk = walk_through(embedding, given_starts, [some_nodes(embedding, nodes[goal]) for goal in goals])
+    assert_links(walk)
+    assert walk.seams[-1] == left[starts].min()
+    # It stands at a node of every goal, in order.
+    number = number_of(nodes)
+    states = LinkReader(embedding).wrapped(walk.states)
+    passed = [number[tuple(state)] for state in states.tolist()]
+    assert passed[0] in starts
+    at = 0
+    for goal in goals:
+        while passed[at] not in goal:
+            at += 1
+    # Limits: exactly this time is enough.
+    goals = [some_nodes(embedding, nodes[goal]) for goal in goals]
+    again = walk_through(embedding, given_starts, goals, limit=walk.duration)
+    assert np.array_equal(again.states, walk.states)
+    if walk.seams[-1] > 1:
+        with pytest.raises(WalkError, match="within"):
+            walk_through(embedding, given_starts, goals, limit=walk.duration - 1 / 30)
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_of_all_quickest_walks_the_root_is_edited_least(seed, tiled):
+    """Dijkstra over time first and edits second: one frame counts far more than all edits together."""
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(1 < embedding.n_nodes < 2000)
+    rng = np.random.default_rng(seed)
+    reader = LinkReader(embedding)
+    nodes, _ = embedding.to_csr()
+    number = number_of(nodes)
+    rows, stencils = reader.links_from(nodes)
+    ends = reader.wrapped(reader.ends(nodes[rows], stencils))
+    edits = link_edits(embedding)
+    frames = np.array([s.n_frames - 1 for s in embedding.graph.segments])[ends[:, 3]]
+    goal, start = rng.permutation(len(nodes))[:2].tolist()
+    least = {start: (0, 0.0)}
+    out = [[] for _ in nodes]
+    for row, end, link_frames, stencil in zip(rows.tolist(), ends.tolist(), frames.tolist(), stencils, strict=True):
+        out[row].append((number[tuple(end)], link_frames, float(edits[stencil])))
+    waiting = {start}
+    while waiting:
+        node = min(waiting, key=least.__getitem__)
+        waiting.remove(node)
+        for end, link_frames, edit in out[node]:
+            found = (least[node][0] + link_frames, least[node][1] + edit)
+            if end not in least or found < least[end]:
+                least[end] = found
+                waiting.add(end)
+    walk = shortest_walk(embedding, tuple(nodes[start].tolist()), some_nodes(embedding, nodes[[goal]]))
+    assert (walk.seams[-1], edits[walk.stencils].sum()) == pytest.approx(least[goal], abs=1e-9)
+
+
+def test_edits_are_those_of_the_paths():
+    embedding = embed(*random_problem(1, True), SETTINGS)
+    stencils = embedding.unrolling.stencils
+    k = len(stencils) // 2
+    expected = np.sqrt((stencils.position_error[k] ** 2).sum() + (HEADING_LEVER * stencils.heading_error[k]) ** 2)
+    assert link_edits(embedding)[k] == pytest.approx(expected)
+
+
+@pytest.fixture(scope="module")
+def room():
+    return embed(sample_graph(), problems.room())
+
+
+def disc(embedding, centre, radius):
+    """All nodes within a radius of a place."""
+    grid = embedding.environment.grid
+    cells = np.stack(np.meshgrid(*map(np.arange, grid.shape[:2]), indexing="ij"), axis=-1)
+    near = embedding.unrolling.layout.pack(np.linalg.norm(grid.positions(cells) - centre, axis=2) <= radius)
+    return embedding.network.bundles([plane & near for plane in embedding.planes])
+
+
+def test_a_way_across_a_real_room(room):
+    start, corners = disc(room, (1, 1), 0.2), [(6, 7), (6, 1), (1, 7)]
+    goals = [disc(room, corner, 0.3) for corner in corners]
+    walk = walk_through(room, start, goals)
+    assert_links(walk)
+    places = walk.root_path[walk.seams, :2]
+    for corner in corners:
+        assert np.linalg.norm(places - corner, axis=1).min() <= 0.3
+    # No quicker than running straight, and no slower than leg by leg without looking ahead.
+    speed = max(np.linalg.norm(s.path[-1, :2]) / s.duration for s in room.graph.segments) * 1.1
+    straight = sum(np.linalg.norm(np.subtract(a, b)) for a, b in pairwise([(1, 1), *corners])) - 0.3 * 6
+    leg, total = start, 0.0
+    for goal in goals:
+        if not np.any([tuple(leg) == tuple(goal)]) and not (isinstance(leg, tuple) and leg in goal_set(room, goal)):
+            way = shortest_walk(room, leg, goal)
+            total += way.duration
+            leg = tuple(way.states[-1].tolist())
+    assert straight / speed <= walk.duration <= total + 1e-6
+
+
+def goal_set(embedding, goal):
+    return set(map(tuple, rows_of(embedding, goal).tolist()))
+
+
+def test_the_rows_of_a_set_are_its_nodes():
+    embedding = embed(*random_problem(1, True), SETTINGS)
+    assert rows_of(embedding, embedding.nodes).shape == (embedding.n_nodes, 4)
+    assert goal_set(embedding, embedding.nodes) == set(map(tuple, np.argwhere(embedding.node_mask()).tolist()))
+
+
+def test_impossible_walks_say_why(room):
+    node = tuple(np.argwhere(room.node_mask())[0].tolist())
+    nowhere = room.network.nodes(np.empty((0, 2), dtype=int))
+    with pytest.raises(WalkError, match="stands at the goal already"):
+        shortest_walk(room, node, room.nodes)
+    with pytest.raises(WalkError, match="stands at the goal;"):
+        shortest_walk(room, node, nowhere)
+    with pytest.raises(WalkError, match="stands at goal 2"):
+        walk_through(room, node, [room.nodes, nowhere])
+    with pytest.raises(WalkError, match="start is no node"):
+        shortest_walk(room, nowhere, room.nodes)
+    with pytest.raises(WalkError, match="nowhere to go"):
+        walk_through(room, node, [])
+    with pytest.raises(WalkError, match="positive time"):
+        shortest_walk(room, node, room.nodes, limit=0.0)
+    with pytest.raises(WalkError, match=r"within 1 s.*Allow more time"):
+        shortest_walk(room, disc(room, (1, 1), 0.2), disc(room, (6, 7), 0.3), limit=1.0)
+
+
+def test_destinations_say_why_nobody_gets_there(room):
+    goal = goal_set(room, destination(room, (6.0, 7.0), 0.3, heading=0.0, tolerance=0.3))
+    assert goal
+    grid = room.environment.grid
+    for x, y, heading, _ in goal:
+        assert np.linalg.norm(grid.positions([x, y]) - [6.0, 7.0]) <= 0.3 + grid.cell_size
+        assert abs((heading * grid.heading_step + np.pi) % (2 * np.pi) - np.pi) <= 0.3 + 1e-6
+    with pytest.raises(WalkError, match="off the ground"):
+        destination(room, (70.0, 7.0))
+    reasons, free = why_not(room), room.environment.free_cells()
+    blocked = grid.positions(np.argwhere(~free)[0])
+    assert reason_at(room, blocked) is Reason.BLOCKED
+    with pytest.raises(WalkError, match="An obstacle is closer than the character's radius"):
+        destination(room, blocked)
+    for cell in np.argwhere(free & ~room.covered().any(axis=2))[:3]:
+        assert reason_at(room, grid.positions(cell)) in reasons[tuple(cell)]
+        with pytest.raises(WalkError, match="nearest place that can be"):
+            destination(room, grid.positions(cell))

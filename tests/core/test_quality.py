@@ -1,0 +1,131 @@
+"""The quality report: every number against the obvious way to get it, and numbers that notice damage."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.embedding.embedding import embed
+from core.environment.environment import build_environment
+from core.environment.grid import Grid
+from core.errors import WalkError
+from core.motion.contacts import ContactSettings
+from core.motion.joint_roles import foot_joints
+from core.motion.kinematics import as_rotation
+from core.playback.cleanup import clean_feet
+from core.playback.plants import walk_plants
+from core.playback.quality import walk_quality
+from core.playback.synthesis import SynthesisSettings, synthesize
+from core.playback.walk import Walk, random_walk
+
+from .motion_graphs import sample_graph
+
+
+@pytest.fixture(scope="module")
+def walk():
+    grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24)
+    embedding = embed(sample_graph(), build_environment(grid, np.empty((0, 3, 3))))
+    return random_walk(embedding, np.random.default_rng(5), 30.0)
+
+
+@pytest.fixture(scope="module")
+def played(walk):
+    return synthesize(walk)
+
+
+@pytest.fixture(scope="module")
+def report(walk, played):
+    return walk_quality(walk, played)
+
+
+def test_slides_are_those_of_the_planted_joints(walk, played, report):
+    positions = played.world[1]
+    for side, foot in enumerate(report.feet):
+        slides = {}
+        for plant in walk_plants(walk):
+            for frame in range(plant.first, plant.last) if plant.side == side else ():
+                joint = plant.pivots[frame + 1 - plant.first]
+                step = positions[frame + 1, joint, :2] - positions[frame, joint, :2]
+                slides[frame] = np.hypot(*step) * played.frame_rate
+        assert foot.foot == played.skeleton.names[foot_joints(played.skeleton)[side][0]]
+        assert foot.mean == pytest.approx(np.mean(list(slides.values())))
+        assert foot.worst == pytest.approx(max(slides.values()))
+        assert slides[foot.worst_frame] == pytest.approx(foot.worst)
+        assert 0 < foot.source_mean < foot.mean
+
+
+def test_largest_gap_is_found_between_the_source_clips(walk, report):
+    graph = walk.embedding.graph
+    largest, where = 0.0, None
+    for i in range(len(walk) - 1):
+        before, after = (graph.segments[s] for s in walk.segments[i : i + 2])
+        a, b = graph.clips[before.clip], graph.clips[after.clip]
+        turned = (
+            as_rotation(a.rotations[before.last, 1:]).inv() * as_rotation(b.rotations[after.first, 1:])
+        ).magnitude()
+        if turned.max() > largest:
+            largest = turned.max()
+            where = walk.seams[i + 1], a.skeleton.names[1 + int(turned.argmax())], a.name, b.name
+    gap = report.largest_gap
+    assert gap.angle == pytest.approx(largest)
+    assert (gap.frame, gap.joint, gap.clip_before, gap.clip_after) == where
+    assert gap.joint in gap.describe() and gap.clip_after in gap.describe()
+
+
+def test_edits_and_jumps_are_those_of_the_path(walk, played, report):
+    stencils = walk.embedding.unrolling.stencils
+    path = walk.root_path
+    length = sum(np.hypot(*step) for step in np.diff(path[:, :2], axis=0))
+    edits = sum(np.hypot(*stencils.position_error[k]) for k in walk.stencils)
+    assert report.position_edit == pytest.approx(edits / length)
+    assert report.heading_edit == pytest.approx(np.abs(stencils.heading_error[walk.stencils]).sum() / length)
+    root = played.ground_path
+    speed, turn = {}, {}
+    for k in walk.seams[1:-1].tolist():
+        before, after = root[k] - root[k - 1], root[k + 1] - root[k]
+        speed[k] = abs(np.hypot(*after[:2]) - np.hypot(*before[:2])) * played.frame_rate
+        turn[k] = abs(after[2] - before[2]) * played.frame_rate
+    assert report.speed_jump.value == pytest.approx(max(speed.values()))
+    assert speed[report.speed_jump.frame] == max(speed.values())
+    assert report.turn_jump.value == pytest.approx(max(turn.values()))
+    rough = walk_quality(walk, synthesize(walk, SynthesisSettings(root_tolerance=0.0)))
+    assert rough.speed_jump.value > report.speed_jump.value
+
+
+def test_worst_frames_are_sorted_and_lie_on_the_walk(walk, report):
+    severities = [entry.severity for entry in report.worst_frames]
+    assert severities == sorted(severities, reverse=True) and len(severities) == 20
+    assert all(0 <= entry.frame < walk.seams[-1] for entry in report.worst_frames)
+    every = walk_quality(walk, synthesize(walk), n_worst=10_000).worst_frames
+    assert len(every) == 3 * (len(walk) - 1) + len(walk) + sum(p.n_frames > 1 for p in walk_plants(walk))
+    assert any("slides" in entry.what for entry in every) and any("gap" in entry.what for entry in every)
+    assert f"Frame {every[0].frame}" in every[0].describe()
+
+
+def test_a_foot_that_is_pushed_tops_the_list(walk, played):
+    """Damage done on purpose: one planted frame with the body pushed half a metre aside."""
+    plant = next(p for p in walk_plants(walk) if p.n_frames > 12)
+    frame = plant.first + 6
+    translations = played.translations.copy()
+    translations[frame, 0, 0] += 0.5
+    damaged = walk_quality(walk, replace(played, translations=translations))
+    assert damaged.worst_frames[0].frame in (frame - 1, frame)
+    assert damaged.worst_frames[0].value > 10 and damaged.worst_frames[0].unit == "m/s"
+
+
+def test_clean_up_shows_in_the_report(walk, played, report):
+    cleaned = walk_quality(walk, clean_feet(walk, played).clip)
+    assert cleaned.mean_slide <= 0.02 < report.mean_slide
+    assert cleaned.largest_gap == report.largest_gap
+    text = cleaned.describe()
+    assert "m/s" in text and len(text.splitlines()) == 5
+
+
+def test_what_cannot_be_measured_says_so(walk, played):
+    unknown = walk_quality(walk, played, ContactSettings(feet=(("Nobody",), ("Neither",))))
+    assert not unknown.feet and "Nobody" in unknown.describe() and np.isnan(unknown.mean_slide)
+    single = Walk(walk.embedding, walk.states[:2], walk.stencils[:1])
+    report = walk_quality(single, synthesize(single))
+    assert report.largest_gap is None and report.speed_jump is None
+    with pytest.raises(WalkError, match="frames"):
+        walk_quality(walk, played.resampled(24.0))
