@@ -173,7 +173,7 @@ class ReachField:
                 np.minimum(
                     quickest[heading],
                     np.where(unpack(nodes), self.frames[group, heading], np.uint16(NEVER)),
-                    quickest[heading],
+                    out=quickest[heading],
                 )
         for heading, goal in enumerate(at_goal):
             if goal:
@@ -250,7 +250,7 @@ def merged_frames_steps(
     for merged, forks in zip(frames, network.forks_after, strict=True):
         least.fill(NEVER)
         for fork in forks:
-            np.minimum(least, of_forks[fork], least)
+            np.minimum(least, of_forks[fork], out=least)
         merged[...] = _ground(least, embedding)
     return frames
 

@@ -175,14 +175,14 @@ class _Waves:
             least = self._gathered[group]
             for table in tables:
                 if fresh[table]:
-                    np.minimum(least, self._times[table], least)
-            np.subtract(least, self._kind(now - self._base), self._later)
+                    np.minimum(least, self._times[table], out=least)
+            np.subtract(least, self._kind(now - self._base), out=self._later)
             headings = np.flatnonzero(self._later.min(axis=1) < self.window).tolist()
             if not headings:
                 continue
             any_passed = True
             for segment in self._front.players[group]:
-                np.add(least, self._kind(self._durations[segment]), self._passed)
+                np.add(least, self._kind(self._durations[segment]), out=self._passed)
                 for halo, ground in self._halo:
                     halo[...] = ground
                 self._spread(segment, headings)
@@ -197,7 +197,7 @@ class _Waves:
             found = table.astype(np.uint16)
             found += np.uint16(self._base)
             found |= np.negative((table >= self._far).view(np.uint8).astype(np.uint16))
-            np.minimum(noted, found, noted)
+            np.minimum(noted, found, out=noted)
         return self._settled
 
     def _spread(self, segment: int, headings: Sequence[int]) -> None:
@@ -205,15 +205,15 @@ class _Waves:
         stencils = self._stencils[segment]
         for heading in headings:
             for moving, barred, room, arriving in stencils[heading]:
-                np.maximum(moving, barred, room)
-                np.minimum(arriving, room, arriving)
+                np.maximum(moving, barred, out=room)
+                np.minimum(arriving, room, out=arriving)
         self._changed[self._front.table_of[segment]] = True
 
     def _move_base(self, base: int) -> None:
         """Count times from a later base: what lies before it becomes 0, what is far stays far."""
         moved, kind = base - self._base, self._kind
         for table in (*self._times, *self._gathered):
-            np.maximum(table, kind(moved), table)
+            np.maximum(table, kind(moved), out=table)
             table -= kind(moved)
             # Only what was far is as late as that now.
             late = (table >= self._far - moved).astype(kind)
