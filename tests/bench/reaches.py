@@ -29,7 +29,7 @@ def _goal(embedding: Embedding) -> Nodes:
 
 def _field(search: Callable[[Embedding, Nodes], ReachField], prepared: bool) -> Benchmark:
     """From an embedding to the times of all its nodes; the reference may have its links written out beforehand."""
-    embedding = embed(problems.graph(0.12), problems.room())
+    embedding = embed(problems.graph(0.1), problems.room())
     goal = _goal(embedding)
     at_goal = np.flatnonzero(search(embedding, goal).frames_at(embedding.to_csr()[0]) == 0)
 
