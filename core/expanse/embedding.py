@@ -158,35 +158,34 @@ def _is_small(work: Work, nodes: str, name: str, explicit_links: int) -> Generat
     return sum(counts) <= explicit_links
 
 
-def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[Progress, None, str]:
-    """A set of nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node."""
-    cores = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
-    told = yield from work.all_steps(f"{name} touch", tasks.touch, f"{name} cores", nodes, f"{name} touch")
-    # Which neighbour told is in the name of its file.
-    calls = [(to, f"{name} cores", nodes, path) for to, path in told.mail if cores.n_nodes[to]]
-    touched = yield from work.chosen_steps(f"{name} touched", tasks.touched, calls)
-    pairs = [(int(Path(call[3]).name.split("-")[0]), call[0]) for call, hit in zip(calls, touched, strict=True) if hit]
-    size = np.array(cores.n_nodes)
+def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[Progress, None, dict[int, str]]:
+    """Nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node.
+
+    Returns the parcels that have any, each with the name of the set.
+    """
+    told = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
+    size, post = np.array(told.n_nodes), told.post()
     if not size.any():
         # No parcel has a cycle within itself: whatever there is runs through several.
         if nodes is None:
             nodes = yield from _rest(work, name, image, None, None)
         where = yield from work.numbers_steps(f"{name} first", tasks.first_node, nodes)
-        chosen = [min((n, parcel) for parcel, n in enumerate(where) if n is not None)[1]]
-        task = tasks.place_node
-        source = nodes
-    else:
-        starts, ends = np.array(pairs, dtype=int).reshape(-1, 2).T
-        graph = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(size),) * 2)
-        _, group = connected_components(graph, directed=True, connection="strong")
-        chosen = np.flatnonzero(group == np.argmax(np.bincount(group, weights=size))).tolist()
-        task = tasks.join_mail
-        source = f"{name} cores"
-    empty = [parcel for parcel in range(work.n_parcels) if parcel not in chosen]
-    further = ([], None) if task is tasks.join_mail else ()
-    yield from work.chosen_steps(f"{name} chosen", task, [(p, source, *further, name) for p in chosen])
-    yield from work.chosen_steps(f"{name} empty", tasks.clear, [(p, name) for p in empty])
-    return name
+        parcel = min((n, parcel) for parcel, n in enumerate(where) if n is not None)[1]
+        tasks.place_node(str(work.problem.folder), parcel, nodes, name)
+        return {parcel: name}
+    touched = yield from work.numbers_steps(f"{name} touched", tasks.touched, f"{name} cores", nodes, post)
+    # Who told is in the name of the file.
+    pairs = [
+        (int(Path(path).name.split("-")[0]), parcel)
+        for parcel, hits in enumerate(touched)
+        for path, hit in zip(post.get(parcel, []), hits, strict=True)
+        if hit
+    ]
+    starts, ends = np.array(pairs, dtype=int).reshape(-1, 2).T
+    graph = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(size),) * 2)
+    _, group = connected_components(graph, directed=True, connection="strong")
+    chosen = np.flatnonzero((group == np.argmax(np.bincount(group, weights=size))) & (size > 0))
+    return dict.fromkeys(chosen.tolist(), f"{name} cores")
 
 
 def _largest_written_out(work: Work, nodes: str, out: str):

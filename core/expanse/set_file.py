@@ -6,7 +6,7 @@ import tempfile
 import zlib
 from pathlib import Path
 
-from ..errors import EmbeddingError
+from ..errors import EmbeddingError, StorageError
 
 _MAGIC = b"WFSET1\n\0"
 _HEAD = struct.Struct("<III")
@@ -19,7 +19,7 @@ _SPARSE = 0.1
 def write_set(path: Path, planes: list[int], plane_bytes: int, lasting: bool = False) -> None:
     """Write a set of nodes, given as planes of up to ``plane_bytes`` bytes each; ``lasting`` ones as small as can be.
 
-    Raises EmbeddingError, naming the folder, if the disk is full or cannot be written.
+    Raises StorageError, naming the file, if the disk is full or cannot be written.
     """
     raw = b"".join(plane.to_bytes(plane_bytes, "little") for plane in planes)
     is_sparse = sum(plane.bit_count() for plane in planes) < _SPARSE * 8 * len(raw)
@@ -59,7 +59,7 @@ def write_whole(path: Path, raw: bytes) -> None:
             os.unlink(temporary)
             raise
     except OSError as error:
-        raise EmbeddingError(
+        raise StorageError(
             f"'{path}' cannot be written ({error.strerror}); free some space or choose another folder, and go on with "
             "the same command."
         ) from None

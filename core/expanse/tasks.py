@@ -12,7 +12,7 @@ import numpy as np
 
 from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
+from ..embedding.network import Nodes, StepNetwork, difference, intersection, union
 from ..embedding.unroll import unroll_steps
 from ..evaluation.variability import floor_variability
 from ..progress import finish
@@ -124,38 +124,37 @@ def subtract(folder: str, index: int, name: str, other: str, out: str) -> Told:
 
 
 def find_core(folder: str, index: int, within: str | None, out: str) -> Told:
-    """The largest strongly connected component of a parcel for itself."""
+    """The largest strongly connected component of a parcel for itself; tell the neighbours where it leads to them."""
     problem, network = open_problem(folder), open_network(folder, index)
-    nodes = network.bundles(_read(folder, index, within))
-    core = planes_of(network, finish(largest_component_steps(network, within=nodes)))
-    problem.write(out, index, core)
-    return Told(_bits(core))
-
-
-def touch(folder: str, index: int, core: str, within: str | None, out: str) -> Told:
-    """Follow all links from a parcel's core; tell the neighbours where they are entered."""
-    problem, network = open_problem(folder), open_network(folder, index)
-    seed = network.bundles(problem.read(core, index))
-    if not any(seed):
+    nodes = _read(folder, index, within)
+    core = finish(largest_component_steps(network, within=network.bundles(nodes)))
+    planes = planes_of(network, core)
+    problem.write(out, index, planes)
+    if not any(planes):
         return Told(0)
-    around = union(_read(folder, index, within), _beyond(folder, index))
-    reached = finish(network.reached_from_steps(seed, network.bundles(around)))
-    sent = problem.write_mail(out, index, planes_of(network, reached), to_own=True)
-    return Told(count(reached), tuple(sent.values()))
+    around = network.bundles(union(nodes, _beyond(folder, index)))
+    reached = planes_of(network, finish(network.reached_from_steps(core, around)))
+    sent = problem.write_mail(out, index, reached, to_own=True)
+    return Told(_bits(planes), tuple(sent.values()))
 
 
-def touched(folder: str, index: int, core: str, within: str | None, mail: str) -> bool:
-    """Whether what a neighbour told leads into a parcel's core."""
-    problem, network = open_problem(folder), open_network(folder, index)
-    arrived = intersection(union_of_files([mail], problem.n_planes), _read(folder, index, within))
-    seed = network.bundles(problem.read(core, index))
-    if not any(arrived) or not any(seed):
-        return False
-    if any(intersection(network.bundles(arrived), seed)):
-        return True
-    around = network.bundles(union(_read(folder, index, within), _beyond(folder, index)))
-    reached = finish(network.reached_from_steps(network.bundles(arrived), around))
-    return any(intersection(reached, seed))
+def touched(folder: str, index: int, core: str, within: str | None, mail: Sequence[str]) -> list[bool]:
+    """For each of the neighbours that told where their cores lead: whether that leads into a parcel's own core."""
+    problem = open_problem(folder)
+    seed, limits = problem.read(core, index), _read(folder, index, within)
+    if not mail or not any(seed):
+        return [False] * len(mail)
+    hits = []
+    for path in mail:
+        arrived = intersection(union_of_files([path], problem.n_planes), limits)
+        hit = any(intersection(arrived, seed))
+        if not hit and any(arrived):
+            network = open_network(folder, index)
+            around = network.bundles(union(limits, _beyond(folder, index)))
+            reached = finish(network.reached_from_steps(network.bundles(arrived), around))
+            hit = any(intersection(planes_of(network, reached), seed))
+        hits.append(hit)
+    return hits
 
 
 def clear(folder: str, index: int, out: str) -> Told:

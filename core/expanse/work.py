@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..progress import Progress
+from . import tasks
 from .problem import Problem
 from .set_file import write_whole
 from .tasks import Mail, Told
@@ -95,20 +96,13 @@ class Work:
         yield from self._finish(name, futures)
         return [future.result() for future in futures]
 
-    def chosen_steps(self, name: str, task: Callable, calls: Sequence[tuple]) -> Generator[Progress, None, list]:
-        """One task for each of the calls (parcel, further arguments ...), for what JSON can hold."""
-        if name not in self._journal:
-            futures = [self._submit(task, call[0], call[1:]) for call in calls]
-            yield from self._finish(name, futures)
-            self._write(name, [_plain(future.result()) for future in futures])
-        return self._journal[name]
-
     def closure_steps(
-        self, task: Callable, seed: str, within: str | None, out: str
+        self, task: Callable, seed: dict[int, str], within: str | None, out: str
     ) -> Generator[Progress, None, Phase]:
-        """Follow links on or back (``tasks.go_on`` or ``tasks.go_back``) from a set until nothing is new.
+        """Follow links on or back (``tasks.go_on`` or ``tasks.go_back``) until nothing is new.
 
-        Parcels work whenever a neighbour has told them something; in which order does not matter.
+        ``seed`` are the parcels where it begins, each with the set that it begins from. Parcels work whenever a
+        neighbour has told them something; in which order does not matter.
         """
         if out in self._journal:
             return Phase(self._journal[out], [])
@@ -117,13 +111,13 @@ class Work:
         inbox: Mail = {}
         running: dict[Future, tuple[int, list[str]]] = {}
 
-        def start(parcel: int, known: str, mail: list[str]) -> None:
+        def start(parcel: int, known: str | None, mail: list[str]) -> None:
             version[parcel] += 1
             future = self._submit(task, parcel, (known, mail, within, f"{out}~{version[parcel]}"))
             running[future] = parcel, mail
 
-        for parcel in range(self.n_parcels):
-            start(parcel, seed, [])
+        for parcel, known in seed.items():
+            start(parcel, known, [])
         n_done = 0
         while running:
             done, _ = wait(list(running), timeout=_WAIT, return_when=FIRST_COMPLETED)
@@ -139,9 +133,13 @@ class Work:
                     self.problem.set_path(f"{out}~{version[parcel] - 1}", parcel).unlink(missing_ok=True)
             busy = {parcel for parcel, _ in running.values()}
             for parcel in sorted(set(inbox) - busy):
-                start(parcel, f"{out}~{version[parcel]}", inbox.pop(parcel))
+                known = f"{out}~{version[parcel]}" if version[parcel] else None
+                start(parcel, known, inbox.pop(parcel))
             yield Progress(n_done / (n_done + len(running) + len(inbox)), f"{out}: {n_done} parcels visited")
         for parcel in range(self.n_parcels):
+            if not version[parcel]:  # nothing ever came there
+                tasks.clear(self._folder, parcel, out)
+                continue
             final = self.problem.set_path(out, parcel)
             final.parent.mkdir(parents=True, exist_ok=True)
             self.problem.set_path(f"{out}~{version[parcel]}", parcel).replace(final)
@@ -178,7 +176,3 @@ class Work:
     def _write(self, name: str, result: Any) -> None:
         self._journal[name] = result
         write_whole(self._journal_path, json.dumps(self._journal).encode())
-
-
-def _plain(result: Any) -> Any:
-    return result.n_nodes if isinstance(result, Told) else result

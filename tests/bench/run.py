@@ -11,12 +11,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.bench import ablations, embeddings, evaluations, graphs, playbacks, reaches, tunings
+from tests.bench import ablations, embeddings, evaluations, expanses, graphs, playbacks, reaches, tunings
 from tests.bench.benchmark import line, measure
 
 BENCHMARKS = {
     **graphs.BENCHMARKS,
     **embeddings.BENCHMARKS,
+    **expanses.BENCHMARKS,
     **evaluations.BENCHMARKS,
     **reaches.BENCHMARKS,
     **ablations.BENCHMARKS,
