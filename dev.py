@@ -1,4 +1,4 @@
-"""Everything a developer runs: python3 dev.py demo | test | bench | build.
+"""Everything a developer runs: python3 dev.py demo | command | study | test | bench | reproduce | build | docs.
 
 Any Python from 3.8 on may start this file; it finds a Python that Blender's bpy package exists for, makes
 .venv with the packages of requirements.txt, and runs the work in there. Standard library only.
@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from pathlib import Path
 
 HELP = """\
@@ -22,12 +23,20 @@ python3 dev.py COMMAND
 
   demo   [--clips BVH_FOLDER] [--blend FILE] [--out FOLDER]
          Run the whole workflow without a window and write pictures and files to FOLDER (default: demo).
+  command FILE.blend -- evaluate|walk|export [OPTIONS]
+         What Blender's command line does (--command wayfarer), without Blender; -- --help lists it all.
+  study  FILE.toml [--out FOLDER] [--scheduler ADDRESS] [--workers N]
+         Measure many scenes, clip sets and settings on all cores, or on a Dask cluster; start it again to go on.
   test   [PYTEST ARGUMENTS]
          Check style and types, then run the tests of the core and those inside Blender.
   bench  [NAME ...] [--json FILE]
          Measure speed and memory against the references.
-  build  [--platform linux-x64|windows-x64|macos-arm64 ...] [--out FOLDER]
-         Make the zip that Blender installs (default: for this machine, in dist).
+  reproduce [--clips BVH_FOLDER] [--out FOLDER] [--quick]
+         Section 5 of the paper with our own code: figures, numbers, an HTML report (default: in reproduce).
+  build  [--platform linux-x64|windows-x64|macos-arm64 ...] [--all] [--out FOLDER]
+         Make the zip that Blender installs (default: for this machine, in dist); the same source makes the same bytes.
+  docs   [--out FOLDER]
+         Make the reference of the core from its docstrings, as HTML (default: in dist/docs).
 
 The first start makes .venv (about 500 MB of downloads, 2 GB on disk); delete .venv to start afresh.
 """
@@ -55,6 +64,9 @@ WHEEL_TAGS = {
     "linux-x64": (("manylinux_2_27_x86_64", "manylinux_2_28_x86_64"), ("3.11", "3.13", "3.14")),
     "windows-x64": (("win_amd64",), ("3.11", "3.13")),
     "macos-arm64": (("macosx_12_0_arm64",), ("3.11", "3.13")),
+    "windows-arm64": (("win_arm64",), ("3.11", "3.13")),
+    # Blender 4.5 is the last one for Intel.
+    "macos-x64": (("macosx_10_14_x86_64",), ("3.11",)),
 }
 
 
@@ -63,7 +75,16 @@ class Trouble(Exception):
 
 
 def main(arguments):
-    commands = {"demo": demo, "test": test, "bench": bench, "build": build}
+    commands = {
+        "demo": demo,
+        "command": command_line,
+        "study": study,
+        "test": test,
+        "bench": bench,
+        "build": build,
+        "docs": docs,
+    }
+    commands["reproduce"] = reproduce
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print(HELP, end="")
         return 0
@@ -98,6 +119,35 @@ def demo(arguments):
         return run_script(ROOT / "addon" / "demo.py", options + others, environment)
 
 
+def reproduce(arguments):
+    # The reproduction runs inside Blender, where relative paths mean something else.
+    words = list(arguments)
+    for index, word in enumerate(words[:-1]):
+        if word in ("--clips", "--out"):
+            words[index + 1] = str(Path(words[index + 1]).resolve())
+    set_up()
+    with blender_resources() as environment:
+        return run_script(ROOT / "addon" / "reproduce.py", words, environment)
+
+
+def command_line(arguments):
+    words = list(arguments)
+    if not words or words[0] in ("-h", "--help"):
+        words = ["--", "--help"]
+    if words[0] != "--":
+        words[0] = str(Path(words[0]).resolve())
+    set_up()
+    with blender_resources() as environment:
+        return run_script(ROOT / "addon" / "run_command.py", words, environment)
+
+
+def study(arguments):
+    # Help too is asked of the command, which knows its options.
+    set_up()
+    with blender_resources() as environment:
+        return run_script(ROOT / "addon" / "run_command.py", ["--", "study", *arguments], environment)
+
+
 def bench(arguments):
     parser = argparse.ArgumentParser(prog="dev.py bench", description="Measure speed and memory.")
     parser.add_argument("names", metavar="NAME", nargs="*", help="which problems; default: all")
@@ -113,41 +163,54 @@ def test(arguments):
     if "--help" in arguments or "-h" in arguments:
         print(
             "python3 dev.py test [PYTEST ARGUMENTS]\n\n"
-            "Without paths: style, types, core tests, Blender tests. With paths: only the tests named.\n"
+            "Without paths: style, types, core tests, Blender tests, and the workflow in Blender's window if\n"
+            "WAYFARER_BLENDER_ROOT (default /opt/blender-sid) holds a system with Blender. With paths: only the tests\n"
+            "named.\n"
             "Every other argument goes to pytest, for example: -k NAME, -x, --durations 10."
         )
         return 0
     core_folder, blender_folder = ROOT / "tests" / "core", ROOT / "tests" / "blender"
+    window_folder = ROOT / "tests" / "window"
     paths, options = split_test_paths(arguments)
     core_paths = paths_inside(core_folder, paths)
     blender_paths = paths_inside(blender_folder, paths)
+    window_paths = paths_inside(window_folder, paths)
     for path in paths:
-        if not paths_inside(core_folder, [path]) and not paths_inside(blender_folder, [path]):
-            raise Trouble(f"{path} holds no tests; name a path in tests/core or tests/blender.")
+        if not any(paths_inside(folder, [path]) for folder in (core_folder, blender_folder, window_folder)):
+            raise Trouble(f"{path} holds no tests; name a path in tests/core, tests/blender or tests/window.")
     set_up()
 
-    sources = [name for name in ("core", "addon", "tests", "dev.py", "__init__.py") if (ROOT / name).exists()]
+    sources = ["core", "addon", "docs", "tests", "dev.py", "__init__.py"]
+    sources = [name for name in sources if (ROOT / name).exists()]
     results = []
     if not paths:
         results.append(run_part("style", ["ruff", "check", *sources]))
         results.append(run_part("format", ["ruff", "format", "--check", *sources]))
         results.append(run_part("types", ["basedpyright", "--pythonpath", str(VENV_PYTHON)]))
-        core_paths, blender_paths = [str(core_folder)], [str(blender_folder)]
+        core_paths, blender_paths, window_paths = [str(core_folder)], [str(blender_folder)], [str(window_folder)]
     # Two processes: loaded as `core` and as part of the extension, the same class would exist twice.
     if core_paths:
         results.append(run_part("core tests", ["pytest", *options, *core_paths]))
     if blender_paths:
         with blender_resources() as environment:
             results.append(run_part("Blender tests", ["pytest", *options, *blender_paths], environment))
+    if window_paths:
+        # Says why where there is no window.
+        results.append(run_part("window tests", ["pytest", "-rs", *options, *window_paths]))
     return summarize(results, selected=bool(arguments))
 
 
 def build(arguments):
     parser = argparse.ArgumentParser(prog="dev.py build", description="Make the zip that Blender installs.")
-    parser.add_argument("--platform", action="append", nargs="+", choices=WHEEL_TAGS, dest="platforms")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--platform", action="append", nargs="+", choices=WHEEL_TAGS, dest="platforms")
+    which.add_argument("--all", action="store_true", help="for every platform, one zip each")
     parser.add_argument("--out", metavar="FOLDER", type=Path, default=ROOT / "dist", help="default: dist")
     options = parser.parse_args(arguments)
-    platforms = [name for names in options.platforms or [[this_platform()]] for name in names]
+    if options.all:
+        platforms = list(WHEEL_TAGS)
+    else:
+        platforms = [name for names in options.platforms or [[this_platform()]] for name in names]
     out = options.out.resolve()
     set_up()
     out.mkdir(parents=True, exist_ok=True)
@@ -156,6 +219,27 @@ def build(arguments):
         archive = out / f"{EXTENSION_ID}-{version}-{name}.zip"
         build_archive(name, download_wheels(name), archive)
         print(f"{archive}  {archive.stat().st_size / 1e6:.1f} MB", flush=True)
+    return 0
+
+
+def docs(arguments):
+    parser = argparse.ArgumentParser(prog="dev.py docs", description="Make the reference of the core, as HTML.")
+    parser.add_argument("--out", metavar="FOLDER", type=Path, default=ROOT / "dist" / "docs", help="default: dist/docs")
+    out = parser.parse_args(arguments).out.resolve()
+    set_up()
+    if subprocess.call([str(VENV_PYTHON), "-c", "import sphinx"], stderr=subprocess.DEVNULL) != 0:
+        say("installing Sphinx")
+        pip(["install", "--requirement", str(ROOT / "docs" / "requirements.txt")])
+    environment = dict(os.environ, SPHINX_APIDOC_OPTIONS="members,show-inheritance", PYTHONDONTWRITEBYTECODE="1")
+    with tempfile.TemporaryDirectory() as pages:
+        listing = ["sphinx.ext.apidoc", "-q", "--separate", "--module-first", "--maxdepth", "2"]
+        listing += ["--tocfile", "index", "--output-dir", pages, str(ROOT / "core")]
+        html = ["sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
+        html += ["--conf-dir", str(ROOT / "docs"), pages, str(out)]
+        for module_and_arguments in (listing, html):
+            if subprocess.call([str(VENV_PYTHON), "-m", *module_and_arguments], env=environment) != 0:
+                raise Trouble("Sphinx found what its lines above say; correct these docstrings.")
+    print(out / "index.html", flush=True)
     return 0
 
 
@@ -265,26 +349,36 @@ def this_platform():
 
 def download_wheels(platform_name):
     """The SciPy wheels that the extension brings to one platform, kept in the folder wheels."""
-    pinned = re.search(r"^scipy==(\S+)", REQUIREMENTS.read_text("utf-8"), re.MULTILINE).group(1)
     tags, pythons = WHEEL_TAGS[platform_name]
-    WHEELS.mkdir(exist_ok=True)
-    wheels = []
-    for python in pythons:
-        abi = "cp" + python.replace(".", "")
-        pattern = f"scipy-{pinned}-{abi}-{abi}-*{tags[0]}*.whl"
-        if not list(WHEELS.glob(pattern)):
-            say(f"downloading SciPy {pinned} for Python {python} on {platform_name}")
-            command = ["download", "scipy==" + pinned, "--no-deps", "--only-binary=:all:"]
-            command += ["--implementation", "cp", "--python-version", python]
-            command += [word for tag in tags for word in ("--platform", tag)]
-            with tempfile.TemporaryDirectory(dir=WHEELS) as partial:
-                pip([*command, "--dest", partial])
-                for wheel in Path(partial).glob(pattern):
-                    wheel.replace(WHEELS / wheel.name)
-        wheels += list(WHEELS.glob(pattern))[:1]
-    if len(wheels) < len(pythons):
-        raise Trouble(f"SciPy {pinned} has no wheel for each of Python {', '.join(pythons)} on {platform_name}.")
-    return wheels
+    for python in missing_wheels(platform_name):
+        say(f"downloading SciPy {scipy_version()} for Python {python} on {platform_name}")
+        command = ["download", "scipy==" + scipy_version(), "--no-deps", "--only-binary=:all:"]
+        command += ["--implementation", "cp", "--python-version", python]
+        command += [word for tag in tags for word in ("--platform", tag)]
+        WHEELS.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=WHEELS) as partial:
+            pip([*command, "--dest", partial])
+            for wheel in Path(partial).glob(wheel_pattern(platform_name, python)):
+                wheel.replace(WHEELS / wheel.name)
+    missing = missing_wheels(platform_name)
+    if missing:
+        raise Trouble(f"SciPy {scipy_version()} has no wheel for Python {', '.join(missing)} on {platform_name}.")
+    return [next(WHEELS.glob(wheel_pattern(platform_name, python))) for python in pythons]
+
+
+def missing_wheels(platform_name):
+    """The Pythons that the folder wheels holds no SciPy for."""
+    _, pythons = WHEEL_TAGS[platform_name]
+    return [python for python in pythons if not list(WHEELS.glob(wheel_pattern(platform_name, python)))]
+
+
+def wheel_pattern(platform_name, python):
+    abi = "cp" + python.replace(".", "")
+    return f"scipy-{scipy_version()}-{abi}-{abi}-*{WHEEL_TAGS[platform_name][0][0]}*.whl"
+
+
+def scipy_version():
+    return re.search(r"^scipy==(\S+)", REQUIREMENTS.read_text("utf-8"), re.MULTILINE).group(1)
 
 
 def build_archive(platform_name, wheels, archive):
@@ -301,8 +395,23 @@ def build_archive(platform_name, wheels, archive):
         keys, bracket, tables = MANIFEST.read_text("utf-8").partition("\n[")
         (source / MANIFEST.name).write_text(f"{keys}{added}{bracket}{tables}", "utf-8")
         say(f"building {archive.name}")
-        blender_tool(["build", "--source-dir", str(source), "--output-filepath", str(archive)])
-        blender_tool(["validate", str(archive)])
+        made = Path(folder) / archive.name
+        blender_tool(["build", "--source-dir", str(source), "--output-filepath", str(made)])
+        arranged = archive.with_name("." + archive.name)
+        arrange_archive(made, arranged)
+        blender_tool(["validate", str(arranged)])
+        arranged.replace(archive)
+
+
+def arrange_archive(source, archive):
+    """Copy a zip so that the same files make the same bytes: Blender's tool keeps file times and the disk's order."""
+    with zipfile.ZipFile(str(source)) as made, zipfile.ZipFile(str(archive), "w") as arranged:
+        for entry in sorted(made.infolist(), key=lambda entry: entry.filename):
+            fixed = zipfile.ZipInfo(entry.filename, (1980, 1, 1, 0, 0, 0))
+            fixed.compress_type = entry.compress_type
+            fixed.create_system = 3  # as on Unix, on Windows too
+            fixed.external_attr = 0o100644 << 16
+            arranged.writestr(fixed, made.read(entry), compresslevel=9)
 
 
 def blender_tool(arguments):

@@ -3,10 +3,10 @@
 Each module listed here has its own ``register`` and ``unregister``; the root package calls the two below.
 """
 
-from . import operators, properties, state, ui
+from . import command, environment_view, live, operators, presets, properties, pruned_embedding, state, storage, ui
 
 # In order of registration: a module may use what those before it have registered.
-_MODULES = (properties, state, operators, ui)
+_MODULES = (properties, state, storage, live, pruned_embedding, environment_view, operators, presets, ui, command)
 
 
 def register():

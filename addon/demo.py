@@ -7,36 +7,16 @@ operators that the panel's buttons call. Exit code 1 and one sentence if somethi
 import argparse
 import importlib
 import json
-import os
 import re
 import sys
-import time
 from pathlib import Path
 
-EXTENSION = "bl_ext.user_default.wayfarer"
+from headless import EXTENSION, enable_extension, leave
+from journal import Journal
 
 
 class DemoError(Exception):
     """What stops the demo, as a sentence for the person at the keyboard."""
-
-
-class Journal:
-    """Runs steps, says on the terminal what happens, and keeps the seconds that each step took."""
-
-    def __init__(self):
-        self.seconds: dict[str, float] = {}
-
-    def run(self, step: str, label: str, work, *arguments, **options):
-        print(f"{label:<34}", end="", flush=True)
-        start = time.perf_counter()
-        try:
-            result = work(*arguments, **options)
-        except BaseException:
-            print(flush=True)
-            raise
-        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - start
-        print(f"{time.perf_counter() - start:6.1f} s", flush=True)
-        return result
 
 
 def main(argv: list[str]) -> int:
@@ -81,17 +61,10 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _enable_extension() -> None:
-    if "BLENDER_USER_RESOURCES" not in os.environ:
-        raise DemoError("Start this with: python3 dev.py demo")
-    import bpy  # the first import starts Blender
-
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    import addon_utils  # importable once bpy is
-
-    def fail(error):
-        raise error
-
-    addon_utils.enable(EXTENSION, default_set=True, handle_error=fail)
+    try:
+        enable_extension()
+    except RuntimeError as error:
+        raise DemoError(f"{error}: python3 dev.py demo") from None
 
 
 def _run_steps(options: argparse.Namespace, journal: Journal) -> dict:
@@ -125,8 +98,4 @@ def _tell(report: dict, out: Path) -> None:
 
 
 if __name__ == "__main__":
-    code = main(sys.argv[1:])
-    # Without Python's own ending, in which some versions of Blender hang while classes are registered.
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
+    leave(main(sys.argv[1:]))

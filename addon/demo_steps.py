@@ -32,27 +32,27 @@ def run(options: Namespace, journal) -> dict:
     """
     operators, scene = bpy.ops.wayfarer, bpy.context.scene
     if options.blend is not None:
-        journal.run("open", f"Opening {options.blend.name}", _quietly, _open, options.blend)
+        journal.run("open", f"Opening {options.blend.name}", quietly, _open, options.blend)
         scene = bpy.context.scene
     else:
         scene.render.fps = _FRAME_RATE
     if options.clips is not None:
-        journal.run("import", f"Importing {options.clips.name}", _quietly, _import, options.clips)
+        journal.run("import", f"Importing {options.clips.name}", quietly, _import, options.clips)
     elif options.blend is None:
-        journal.run("character", "Making the sample character", _quietly, operators.add_sample_character)
+        journal.run("character", "Making the sample character", quietly, operators.add_sample_character)
     if options.blend is None:
-        journal.run("room", "Making the sample room", _quietly, operators.add_sample_room)
+        journal.run("room", "Making the sample room", quietly, operators.add_sample_room)
     else:
         _complete(scene, options.blend.name)
-    journal.run("graph", "Building the motion graph", _quietly, operators.build_motion_graph)
-    journal.run("embed", "Embedding it in the scene", _quietly, operators.embed)
-    journal.run("map", "Painting the map", _quietly, operators.paint_map)
-    journal.run("walk", "Walking", _quietly, operators.random_walk)
+    journal.run("graph", "Building the motion graph", quietly, operators.build_motion_graph)
+    journal.run("embed", "Embedding it in the scene", quietly, operators.embed)
+    journal.run("map", "Painting the map", quietly, operators.paint_map)
+    journal.run("walk", "Walking", quietly, operators.random_walk)
 
-    shown = _shown()
-    journal.run("map picture", "Drawing map.png", _quietly, _draw_map, options.out / "map.png", shown)
-    journal.run("view picture", "Drawing view.png", _quietly, _draw_view, options.out / "view.png", shown)
-    journal.run("save", "Saving demo.blend", _quietly, _save, options.out / "demo.blend", shown)
+    shown = shown_scene()
+    journal.run("map picture", "Drawing map.png", quietly, _draw_map, options.out / "map.png", shown)
+    journal.run("view picture", "Drawing view.png", quietly, draw_walk_view, options.out / "view.png", shown)
+    journal.run("save", "Saving demo.blend", quietly, _save, options.out / "demo.blend", shown)
     return _report(journal.seconds)
 
 
@@ -85,7 +85,7 @@ def _import(folder) -> None:
     bpy.ops.wayfarer.import_bvh(directory=str(folder))
 
 
-def _shown() -> MapScene:
+def shown_scene() -> MapScene:
     scene = bpy.context.scene
     settings, found = scene.wayfarer.environment, results(scene)
     grid = found.embedding.environment.grid
@@ -130,7 +130,7 @@ def _region_words() -> str:
     )
 
 
-def _draw_view(path, shown: MapScene) -> None:
+def draw_walk_view(path, shown: MapScene) -> None:
     scene = bpy.context.scene
     walk = results(scene).walk
     bodies = [child for child in scene.wayfarer.character.children_recursive if child.type == "MESH"]
@@ -205,7 +205,7 @@ def _gaps(embedding) -> list[dict]:
     return sorted(gaps, key=lambda gap: -gap["square_metres"])
 
 
-def _quietly(work, *arguments, **options):
+def quietly(work, *arguments, **options):
     """Run without the lines that Blender and its drivers print; they are shown if the work fails."""
     sys.stdout.flush()
     sys.stderr.flush()

@@ -1,10 +1,46 @@
 """What the clip doctor said about each action, and saying it."""
 
+import contextlib
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..core.errors import ClipError
 from ..core.motion.clip import MotionClip
 from ..core.motion.doctor import DoctorSettings, Finding, Remedy, RemedyKind, examine
+
+
+@dataclass(frozen=True)
+class ClipMotion:
+    """How far a clip goes.
+
+    Attributes
+    ----------
+    distance : float
+        Metres travelled over the ground.
+    turn : float
+        Radians between the first heading and the last, whole turns included; counter-clockwise is positive.
+    """
+
+    distance: float
+    turn: float
+
+
+def clip_motion(clip: MotionClip) -> ClipMotion:
+    """Measure a clip; ClipError if it has no heading."""
+    path = clip.ground_path
+    distance = float(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum())
+    return ClipMotion(distance, float(path[-1, 2] - path[0, 2]))
+
+
+def clip_motions(clips: Iterable[MotionClip]) -> dict[str, ClipMotion]:
+    """By name; clips that cannot be measured are left out."""
+    motions = {}
+    for clip in clips:
+        with contextlib.suppress(ClipError):
+            motions[clip.name] = clip_motion(clip)
+    return motions
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,8 @@ from ..core.motion.mirror import mirrored
 from ..core.progress import Progress
 from .bridge.action_curves import action_curves
 from .bridge.read_actions import FRAME_RATE_PROPERTY, read_clips
-from .bridge.read_scene import read_triangles
+from .bridge.read_scene import ShapeMemory, read_triangles
+from .clip_actions import character_problem
 from .properties.environment import GroundSource
 
 
@@ -44,8 +46,9 @@ def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     Raises ClipError if the scene has no character, or no action of it is in use.
     """
     settings = scene.wayfarer
-    if settings.character is None:
-        raise ClipError("There is no character; choose an armature in the Clips panel.")
+    problem = character_problem(scene)
+    if problem:
+        raise ClipError(f"{problem}.")
     actions = settings.used_actions()
     if not actions:
         raise ClipError(f"No action of '{settings.character.name}' is in use; refresh the clips or tick at least one.")
@@ -87,12 +90,8 @@ def doctor_settings(scene) -> DoctorSettings:
 
 def graph_settings_fingerprint(scene) -> str:
     settings = scene.wayfarer
-    character = settings.character.name if settings.character else ""
-    names = [action.name for action in settings.used_actions()]
     graph = settings.graph
-    return fingerprint(
-        character, names, graph.to_core(), settings.contacts.values(), graph.mirror_clips, graph.steady_heading
-    )
+    return fingerprint(graph.to_core(), settings.contacts.values(), graph.mirror_clips, graph.steady_heading)
 
 
 def doctor_settings_fingerprint(scene) -> str:
@@ -106,13 +105,25 @@ def contacts_fingerprint(scene) -> str:
 
 
 def actions_fingerprint(scene) -> str:
-    """Of the keys and tags of the actions in use."""
-    settings = scene.wayfarer
-    return fingerprint(*[action_fingerprint(scene, action) for action in settings.used_actions()])
+    """Of the character's rest pose and of the keys and tags of the actions in use, whatever they are called."""
+    used = scene.wayfarer.used_actions()
+    return fingerprint(_rest_fingerprint(scene), *sorted(action_fingerprint(scene, action) for action in used))
+
+
+def _rest_fingerprint(scene) -> str:
+    """Of the bones and the size of the character; not of its place, which changes with every walk."""
+    character = scene.wayfarer.character
+    if character is None:
+        return ""
+    bones = character.data.bones
+    matrices = np.empty(16 * len(bones), dtype=np.float32)
+    bones.foreach_get("matrix_local", matrices)
+    scale = [f"{factor:.4g}" for factor in character.matrix_world.to_scale()]
+    return fingerprint([(bone.name, bone.parent.name if bone.parent else "") for bone in bones], matrices, scale)
 
 
 def action_fingerprint(scene, action) -> str:
-    """Of what the scene's character plays of an action: its keys, frame range and tags."""
+    """Of what the scene's character plays of an action: its keys, frame range and tags, but not of its name."""
     character = scene.wayfarer.character
     if character is None:
         return ""
@@ -121,7 +132,7 @@ def action_fingerprint(scene, action) -> str:
     except ClipError as error:
         return str(error)
     parts = [
-        (character.name, action.name, action.use_frame_range, tuple(action.frame_range)),
+        (action.use_frame_range, tuple(action.frame_range)),
         (action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base),
         (sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")),
     ]
@@ -157,13 +168,15 @@ class SceneShapes:
     ground_height: float
     regions: tuple[np.ndarray, ...]
 
-    @property
+    @cached_property
     def fingerprint(self) -> str:
         return fingerprint(self.obstacles, self.low, self.high, self.ground_height, *self.regions)
 
 
-def read_shapes(scene, depsgraph) -> SceneShapes:
+def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneShapes:
     """Ground, obstacles and regions of a scene as they are at its present frame.
+
+    With a ``memory``, shapes that it knows are not read again.
 
     Raises SceneError if there is nothing that the ground could come from, or if a region has no faces.
     """
@@ -174,12 +187,12 @@ def read_shapes(scene, depsgraph) -> SceneShapes:
         for obj in (settings.obstacles.all_objects if settings.obstacles else ())
         if obj not in others and obj.parent not in others - {None}
     ]
-    obstacles = read_triangles(solid, depsgraph)
+    obstacles = read_triangles(solid, depsgraph, memory)
     low, high, height = _ground(settings, obstacles, depsgraph)
     regions = []
     for region in settings.regions:
         if region.object is not None:
-            triangles = read_triangles([region.object], depsgraph)
+            triangles = read_triangles([region.object], depsgraph, memory)
             if len(triangles) == 0:
                 raise SceneError(
                     f"The region '{region.object.name}' shows no faces; unhide it, give it some, or remove the region."
@@ -211,25 +224,28 @@ def make_environment(scene, shapes: SceneShapes) -> Environment:
     """The environment that the scene's settings make of these shapes; SceneError if they make none."""
     settings = scene.wayfarer.environment
     grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
-    present = [region for region in settings.regions if region.object is not None]
+    return build_environment(
+        grid, shapes.obstacles, scene_regions(scene, shapes), settings.to_core(shapes.ground_height)
+    )
+
+
+def scene_regions(scene, shapes: SceneShapes) -> list[Region]:
+    """The scene's regions with their rules; SceneError for one without a tag."""
+    present = [region for region in scene.wayfarer.environment.regions if region.object is not None]
     regions = []
     for region, triangles in zip(present, shapes.regions, strict=True):
         tag = region.tag.strip()
         if not tag:
             raise SceneError(f"The region '{region.object.name}' has no tag; name the one that it speaks of.")
         regions.append(Region(region.object.name, RegionRule[region.rule], tag, triangles, region.margin))
-    return build_environment(grid, shapes.obstacles, regions, settings.to_core(shapes.ground_height))
+    return regions
 
 
 def environment_settings_fingerprint(scene) -> str:
-    """Of everything but the shapes that an embedding depends on."""
+    """Of everything but the shapes that an embedding depends on; what things are called makes no difference."""
     settings = scene.wayfarer
     environment = settings.environment
-    regions = [
-        (region.object.name, region.rule, region.tag, region.margin)
-        for region in environment.regions
-        if region.object is not None
-    ]
+    regions = [(region.rule, region.tag, region.margin) for region in environment.regions if region.object is not None]
     return fingerprint(
         environment.cell_size,
         environment.n_headings,

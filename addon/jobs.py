@@ -21,6 +21,15 @@ _TICK = 0.005
 """Seconds between two timer events."""
 
 
+def clock(seconds: float) -> str:
+    """Elapsed time in whole seconds: "7 s", "2:05", "1:00:00"."""
+    minutes, rest = divmod(int(seconds), 60)
+    if minutes == 0:
+        return f"{rest} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
 class LongOperator:
     """Mixin for operators: implement ``steps`` and ``apply``."""
 
@@ -47,6 +56,7 @@ class LongOperator:
         if bpy.app.background or context.window is None:
             return self.execute(context)
         self._steps, self._running = self.steps(context), True
+        self._started = time.monotonic()
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.progress_begin(0, 100)
         context.window_manager.modal_handler_add(self)
@@ -95,7 +105,8 @@ class LongOperator:
         return None
 
     def _show(self, context, progress: Progress) -> None:
-        text = f"{progress.message}: {100 * progress.fraction:.0f} %    Esc to cancel"
+        elapsed = clock(time.monotonic() - self._started)
+        text = f"{progress.message}: {100 * progress.fraction:.0f} %    {elapsed}    Esc to cancel"
         # Every change makes the window redraw, which can take longer than the slice of work.
         if text != self._shown:
             self._shown = text

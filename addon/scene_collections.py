@@ -11,11 +11,19 @@ OBSTACLES = "Wayfarer Obstacles"
 REGIONS = "Wayfarer Regions"
 
 
-def ensure_collection(scene, name: str) -> bpy.types.Collection:
-    """The collection of this name in the scene, made if there is none; Blender numbers those of other scenes."""
+def find_collection(scene, name: str) -> bpy.types.Collection | None:
+    """The collection of this name in the scene; Blender numbers those of other scenes."""
     for collection in scene.collection.children_recursive:
         if collection.name == name or (collection.name.startswith(f"{name}.") and collection.name[-3:].isdigit()):
             return collection
+    return None
+
+
+def ensure_collection(scene, name: str) -> bpy.types.Collection:
+    """The collection of this name in the scene, made if there is none."""
+    found = find_collection(scene, name)
+    if found is not None:
+        return found
     collection = bpy.data.collections.new(name)
     scene.collection.children.link(collection)
     return collection

@@ -30,3 +30,15 @@ class TuningError(MotionGraphError):
 
 class EvaluationError(MotionGraphError):
     """A question to an embedding has no answer: an empty goal, or nothing to measure."""
+
+
+class StorageError(EmbeddingError):
+    """A file cannot be written: the disk is full, or the folder not ours. What was written before is kept."""
+
+
+class StudyError(MotionGraphError):
+    """A study cannot be read, or cannot go on."""
+
+
+class ExportError(MotionGraphError):
+    """An embedding cannot be written for engines."""

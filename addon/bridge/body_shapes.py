@@ -66,7 +66,7 @@ def capsule(bone: str, start, end, first: float, last: float, material: int) -> 
             length + 0.8 * last * (1 - _ROUND[::-1] ** 2) ** 0.5,
         ]
     )
-    taper = np.interp(places, [0, 0.35 * length, length], [first, first + 0.35 * (last - first), last])
+    taper = np.interp(places, np.array([0, 0.35 * length, length]), [first, first + 0.35 * (last - first), last])
     radii = taper * np.concatenate([_ROUND, np.ones(4), _ROUND[::-1]])
     wide = np.cross(axis, [0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [0.0, 1.0, 0.0])
     wide = wide / np.linalg.norm(wide)

@@ -2,12 +2,14 @@
 
 import contextlib
 import io
+from collections.abc import Generator
 from pathlib import Path
 
 import addon_utils
 import bpy
 
 from ...core.errors import ClipError
+from ...core.progress import Progress, finish
 from .bvh_file import check_bvh, guess_bvh_scale
 from .read_actions import FRAME_RATE_PROPERTY, read_clip
 
@@ -28,53 +30,102 @@ def import_bvh_folder(folder, scale: float | None = None) -> tuple:
 
     Raises ClipError if the folder has no BVH file, or none that can be used.
     """
+    return import_bvh_files(bvh_files(folder), scale)
+
+
+def bvh_files(folder) -> list[Path]:
+    """The BVH files of a folder, in the order of their names; ClipError if it has none."""
     folder = Path(folder)
     paths = sorted(path for path in folder.glob("*") if path.suffix.lower() == ".bvh")
     if not paths:
         raise ClipError(f"The folder '{folder}' holds no BVH files; choose one with motion capture in it.")
-    return import_bvh_files(paths, scale)
+    return paths
 
 
 def import_bvh_files(paths, scale: float | None = None) -> tuple:
     """Like :func:`import_bvh_folder`, for these files."""
+    return finish(import_bvh_files_steps(paths, scale))
+
+
+def import_bvh_files_steps(paths, scale: float | None = None) -> Generator[Progress, None, tuple]:
+    """As :func:`import_bvh_files`, as a generator that yields progress; nothing stays behind if it is closed early."""
     if not addon_utils.check(_IMPORTER)[1]:
         addon_utils.enable(_IMPORTER)
     active = bpy.context.view_layer.objects.active
     if active is not None and active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    armature_object, actions, problems = None, [], []
-    for path in map(Path, paths):
-        try:
-            scale = scale or guess_bvh_scale(path)
-            imported, action = _import_file(path, scale)
-        except ClipError as error:
-            problems.append((path.name, str(error)))
-            continue
-        if armature_object is None:
-            armature_object = imported
-        else:
-            difference = _bone_difference(armature_object, imported)
-            _remove(imported, None if not difference else action)
-            if difference:
-                problems.append((path.name, difference))
+    before = {name: {block.session_uid for block in getattr(bpy.data, name)} for name in _COLLECTIONS}
+    chosen = _selection()
+    complete = False
+    try:
+        # By session id: no reference to Blender's data is held while other things happen.
+        armature_uid, action_uids, problems = None, [], []
+        for done, path in enumerate(map(Path, paths)):
+            yield Progress(done / len(paths), f"Importing {path.name}")
+            try:
+                scale = scale or guess_bvh_scale(path)
+                imported, action = _import_file(path, scale)
+            except ClipError as error:
+                problems.append((path.name, str(error)))
                 continue
-        # One name, so that Blender finds the slot when the actions are switched; 4.5 names it after the file.
-        action.slots[0].name_display = armature_object.name
-        actions.append(action)
-    if armature_object is None:
-        reasons = " ".join(reason for _, reason in problems)
-        raise ClipError(f"None of the BVH files can be used. {reasons}")
-    armature_object.animation_data.action = None
-    animation = armature_object.animation_data
-    animation.action = actions[0]
-    animation.action_slot = actions[0].slots[0]
-    return armature_object, actions, problems
+            if armature_uid is None:
+                armature_object, armature_uid = imported, imported.session_uid
+            else:
+                armature_object = _known("objects", armature_uid)
+                difference = _bone_difference(armature_object, imported)
+                _remove(imported, None if not difference else action)
+                if difference:
+                    problems.append((path.name, difference))
+                    continue
+            # One name, so that Blender finds the slot when the actions are switched; 4.5 names it after the file.
+            action.slots[0].name_display = armature_object.name
+            action_uids.append(action.session_uid)
+        if armature_uid is None:
+            reasons = " ".join(reason for _, reason in problems)
+            raise ClipError(f"None of the BVH files can be used. {reasons}")
+        armature_object = _known("objects", armature_uid)
+        actions = [_known("actions", uid) for uid in action_uids]
+        armature_object.animation_data.action = None
+        animation = armature_object.animation_data
+        animation.action = actions[0]
+        animation.action_slot = actions[0].slots[0]
+        complete = True
+        return armature_object, actions, problems
+    finally:
+        if not complete:
+            _restore(before)
+            _select(*chosen)
+
+
+def _selection() -> tuple[int, set[int]]:
+    """Session ids of the active object, 0 if there is none, and of those that are selected."""
+    layer = bpy.context.view_layer
+    active = layer.objects.active.session_uid if layer.objects.active else 0
+    return active, {obj.session_uid for obj in layer.objects.selected}
+
+
+def _select(active: int, selected: set[int]) -> None:
+    layer = bpy.context.view_layer
+    for obj in layer.objects:
+        obj.select_set(obj.session_uid in selected)
+    layer.objects.active = next((obj for obj in layer.objects if obj.session_uid == active), None)
+
+
+def remove_imported(armature_uid: int, action_uids) -> None:
+    """Delete what :func:`import_bvh_files` made, given by session ids."""
+    _remove(_known("objects", armature_uid), None)
+    for uid in action_uids:
+        bpy.data.actions.remove(_known("actions", uid))
+
+
+def _known(collection: str, uid: int):
+    return next(block for block in getattr(bpy.data, collection) if block.session_uid == uid)
 
 
 def _import_file(path: Path, scale: float):
     """The armature object and the action of one file; ClipError, and nothing left behind, if it is damaged."""
     frame_rate = check_bvh(path)
-    before = {name: set(getattr(bpy.data, name)) for name in _COLLECTIONS}
+    before = {name: {block.session_uid for block in getattr(bpy.data, name)} for name in _COLLECTIONS}
     try:
         # The importer tells its progress on stdout, Blender the importer's errors on stderr.
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -90,7 +141,7 @@ def _import_file(path: Path, scale: float):
                 update_scene_duration=False,
             )
         imported = bpy.context.view_layer.objects.active
-        if imported is None or imported in before["objects"]:
+        if imported is None or imported.session_uid in before["objects"]:
             raise ClipError(f"'{path.name}' holds no skeleton; it is not a BVH file or is damaged.")
         action = imported.animation_data.action
         imported.name = imported.data.name = action.name = path.stem
@@ -141,5 +192,5 @@ def _restore(before) -> None:
         bpy.ops.object.mode_set(mode="OBJECT")
     for name in _COLLECTIONS:
         collection = getattr(bpy.data, name)
-        for datablock in set(collection) - before[name]:
+        for datablock in [datablock for datablock in collection if datablock.session_uid not in before[name]]:
             collection.remove(datablock)

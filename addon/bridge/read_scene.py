@@ -1,25 +1,56 @@
 """The triangles of scene objects, as Blender shows them."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...core.errors import SceneError
 
 
-def read_triangles(objects: Iterable, depsgraph) -> np.ndarray:
+@dataclass
+class ShapeMemory:
+    """Triangles that have been read, so that what did not change shape is not read again.
+
+    A shape is known by the evaluated mesh that it was read from. That mesh lives until the object that shows it, or
+    the object that instances it, changes its geometry: whoever keeps a memory must :meth:`forget` these objects then,
+    and everything when Blender makes its evaluated data anew (undo, another file or view layer).
+    """
+
+    _shapes: dict[tuple, np.ndarray] = field(default_factory=dict)
+
+    def triangles(self, shown, source) -> np.ndarray:
+        """(T, 3, 3) corners in the object's own space of an evaluated object, ``source`` being what it comes from."""
+        mesh = shown.data
+        owners = shown.original.session_uid, source.original.session_uid
+        key = (*owners, mesh.as_pointer(), len(mesh.vertices), len(mesh.polygons))
+        if key not in self._shapes:
+            self._shapes[key] = _local_triangles(shown)
+        return self._shapes[key]
+
+    def forget(self, objects: Iterable[int]) -> None:
+        """Forget what these objects, given by their session uid, show or instance."""
+        changed = set(objects)
+        self._shapes = {key: shape for key, shape in self._shapes.items() if not changed.intersection(key[:2])}
+
+    def clear(self) -> None:
+        self._shapes.clear()
+
+
+def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> np.ndarray:
     """(T, 3, 3) world positions in metres of the corners of all triangles of ``objects``: [triangle, corner,
     xyz].
 
     Evaluated: modifiers and geometry nodes are applied, and everything that the objects instance
     (collections, instances of geometry nodes, duplis, particles) is included where it stands. Curves, text
     and metaballs count by their surface. Objects without faces, and objects hidden in the viewport, give no
-    triangles. One Blender unit is one metre.
+    triangles. One Blender unit is one metre. With a ``memory``, shapes that it knows are not read again.
 
     Raises SceneError, naming the object, if a coordinate is not a number.
     """
     wanted = {obj.original for obj in objects}
-    shapes: dict[int, np.ndarray] = {}
+    # Many instances share one shape; evaluated data stays in place while the instances are listed.
+    memory = ShapeMemory() if memory is None else memory
     triangles = []
     for instance in depsgraph.object_instances:
         shown = instance.object
@@ -27,11 +58,7 @@ def read_triangles(objects: Iterable, depsgraph) -> np.ndarray:
         if source is None or source.original not in wanted or shown.type != "MESH":
             # Curves, text and metaballs are listed a second time, as an instance of their own mesh.
             continue
-        # Many instances share one shape; evaluated data stays in place while the instances are listed.
-        key = shown.data.as_pointer()
-        if key not in shapes:
-            shapes[key] = _local_triangles(shown)
-        local = shapes[key]
+        local = memory.triangles(shown, source)
         if len(local) == 0:
             continue
         matrix = np.array(instance.matrix_world, dtype=float)

@@ -32,6 +32,12 @@ def read_tags(action, frames: np.ndarray) -> dict[str, np.ndarray]:
     return tags
 
 
+def tag_names(action) -> list[str]:
+    """The tags that any frame of the action may carry, in alphabetical order."""
+    names = {marker.name.strip().removeprefix("/").strip() for marker in action.pose_markers}
+    return sorted(names.union(_whole_action_tags(action)) - {""})
+
+
 def write_tags(action, masks: Mapping[str, np.ndarray], first_frame: int = 1) -> None:
     """Make the action carry these tags and no others.
 

@@ -53,31 +53,49 @@ def write_clip(
     it is connected to its parent, and for the reasons of :func:`bind_rig`.
     """
     binding = binding or bind_rig(armature_object)
-    render = bpy.context.scene.render
-    clip = clip.resampled(render.fps / render.fps_base)
-    if only_bones is None and binding.evaluation_reason:
-        only_bones = animated_bones(armature_object, actions_of(armature_object)) or None
+    clip = at_scene_rate(clip)
     carriers = find_carriers(armature_object, binding)
-    placements = _placements(binding, clip, carriers)
-    object_channels = _object_channels(armature_object, placements, carriers, clip.n_frames)
-    channels = _bone_channels(binding, clip, only_bones, carriers, placements)
+    placements = carried_placements(binding, clip, carriers)
+    of_object = object_channels(armature_object, placements, carriers.object_keys, clip.n_frames)
+    channels = bone_channels(binding, clip, keyed_bones(armature_object, binding, only_bones), carriers, placements)
+    action = write_channels(armature_object, name, channels, of_object, first_frame)
+    write_tags(action, clip.tags, first_frame)
+    return action
 
+
+def at_scene_rate(clip: MotionClip) -> MotionClip:
+    """The clip with one sample for each frame of the scene."""
+    render = bpy.context.scene.render
+    return clip.resampled(render.fps / render.fps_base)
+
+
+def keyed_bones(armature_object, binding: RigBinding, only_bones: Collection[str] | None = None):
+    """Names of the bones that may be keyed, None for all: see :func:`write_clip`."""
+    if only_bones is None and binding.evaluation_reason:
+        return animated_bones(armature_object, actions_of(armature_object)) or None
+    return only_bones
+
+
+def write_channels(armature_object, name: str, channels, of_object, first_frame: int = 1) -> bpy.types.Action:
+    """A new action of linear keys, one a frame from ``first_frame`` on.
+
+    ``channels`` maps (bone name, property), ``of_object`` a property of the object itself, to (F, C) values.
+    """
     action = bpy.data.actions.new(name)
     slot = action.slots.new(id_type="OBJECT", name=armature_object.name)
     strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
     channelbag = strip.channelbag(slot, ensure=True)
-    frames = first_frame + np.arange(clip.n_frames)
     groups = {bone: channelbag.groups.new(bone) for bone in dict.fromkeys(bone for bone, _ in channels)}
     for (bone, name_of_property), values in channels.items():
         path = f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{name_of_property}'
         for component, curve_values in enumerate(values.T):
             curve = channelbag.fcurves.new(path, index=component)
             curve.group = groups[bone]
-            write_linear_keys(curve, frames, curve_values)
-    for name_of_property, values in object_channels.items():
+            write_linear_keys(curve, first_frame + np.arange(len(values)), curve_values)
+    for name_of_property, values in of_object.items():
         for component, curve_values in enumerate(values.T):
-            write_linear_keys(channelbag.fcurves.new(name_of_property, index=component), frames, curve_values)
-    write_tags(action, clip.tags, first_frame)
+            curve = channelbag.fcurves.new(name_of_property, index=component)
+            write_linear_keys(curve, first_frame + np.arange(len(values)), curve_values)
     return action
 
 
@@ -104,7 +122,7 @@ def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:
 
 
 @dataclass(frozen=True)
-class _Placements:
+class Placements:
     """Where the armature object stands on each frame: F rotations or one, (F, 3) or (3,) metres, one scale."""
 
     rotation: Rotation
@@ -112,7 +130,7 @@ class _Placements:
     scale: float
 
 
-def _placements(binding: RigBinding, clip: MotionClip, carriers: Carriers) -> _Placements:
+def carried_placements(binding: RigBinding, clip: MotionClip, carriers: Carriers) -> Placements:
     """The object's present placement, carried along the clip's ground path as far as its actions move it.
 
     It keeps its place relative to the rest pose's root: where that is above the path, heading as the path does.
@@ -120,7 +138,7 @@ def _placements(binding: RigBinding, clip: MotionClip, carriers: Carriers) -> _P
     present, skeleton = binding.placement, binding.skeleton
     rotation, translation = as_rotation(present.rotation), present.translation
     if not carriers.object_moves:
-        return _Placements(rotation, translation, present.scale)
+        return Placements(rotation, translation, present.scale)
     x, y, heading = clip.ground_path.T
     forward = as_rotation(skeleton.rest_rotations[0]).apply(skeleton.forward)[0]
     angles = heading - np.arctan2(forward[1], forward[0])
@@ -130,11 +148,11 @@ def _placements(binding: RigBinding, clip: MotionClip, carriers: Carriers) -> _P
     if "location" in carriers.object_moves:
         below_root = np.column_stack([x, y, np.full(clip.n_frames, skeleton.rest_translations[0, 2])])
         translation = below_root + turn.apply(translation - skeleton.rest_translations[0])
-    return _Placements(turn * rotation, translation, present.scale)
+    return Placements(turn * rotation, translation, present.scale)
 
 
-def _object_channels(armature_object, placements: _Placements, carriers: Carriers, n_frames: int):
-    """Property of the object -> (F, C) values, for what its actions key."""
+def object_channels(armature_object, placements: Placements, keys: Collection[str], n_frames: int):
+    """Property of the object -> (F, C) values of its placements, for those of "location" and "rotation" in ``keys``."""
     matrices = np.tile(np.eye(4), (n_frames, 1, 1))
     matrices[:, :3, :3] = placements.scale * placements.rotation.as_matrix()
     matrices[:, :3, 3] = placements.translation
@@ -142,17 +160,17 @@ def _object_channels(armature_object, placements: _Placements, carriers: Carrier
         parent = np.array(armature_object.parent.matrix_world @ armature_object.matrix_parent_inverse)
         matrices = np.linalg.inv(parent) @ matrices
     channels = {}
-    if "location" in carriers.object_keys:
+    if "location" in keys:
         channels["location"] = matrices[:, :3, 3]
-    if "rotation" in carriers.object_keys:
+    if "rotation" in keys:
         mode = armature_object.rotation_mode
         turns = np.array([matrix_placement(matrix, armature_object.name).rotation for matrix in matrices])
         channels[rotation_property(mode)] = channels_from_quaternions(mode, turns)
     return channels
 
 
-def _bone_channels(
-    binding: RigBinding, clip: MotionClip, only_bones, carriers: Carriers, placements: _Placements
+def bone_channels(
+    binding: RigBinding, clip: MotionClip, only_bones, carriers: Carriers, placements: Placements
 ) -> dict[tuple[str, str], np.ndarray]:
     """(bone name, property) -> (F, C) values of everything to be keyed."""
     bones, joints = _matches(binding, clip.skeleton)

@@ -8,6 +8,12 @@ ATTRIBUTE = "Wayfarer Map"
 """Name of the colour attribute and of the material. (Cycles shows names such as "heat" or "density" as black.)"""
 
 _SHAPE_PROPERTY = "wayfarer_grid"
+_PLACE_PROPERTY = "wayfarer_place"
+
+
+def painted_ground(collection):
+    """What :func:`ground_grid` put into a collection, whatever its name; None if there is nothing."""
+    return next((found for found in collection.objects if _SHAPE_PROPERTY in found and found.type == "MESH"), None)
 
 
 def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: int, z: float, collection):
@@ -18,13 +24,19 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
     put into the collection before is used again, whatever its name, and its mesh too if it has as many cells. The
     object stands at the world's origin and shows the attribute through a material.
     """
-    obj = next((found for found in collection.objects if _SHAPE_PROPERTY in found and found.type == "MESH"), None)
+    obj = painted_ground(collection)
     if obj is None:
         obj = bpy.data.objects.new(name, bpy.data.meshes.new(name))
         collection.objects.link(obj)
-    obj.matrix_world = Matrix.Identity(4)
+    if obj.matrix_world != Matrix.Identity(4):
+        obj.matrix_world = Matrix.Identity(4)
     mesh = obj.data
-    if tuple(obj.get(_SHAPE_PROPERTY, ())) != (nx, ny) or len(mesh.polygons) != nx * ny:
+    place = (x0, y0, cell_size, z)
+    remade = tuple(obj.get(_SHAPE_PROPERTY, ())) != (nx, ny) or len(mesh.polygons) != nx * ny
+    if not remade and tuple(obj.get(_PLACE_PROPERTY, ())) == place:
+        # Painted again in the same place, as live evaluation does many times a second.
+        return obj
+    if remade:
         mesh.clear_geometry()
         numbers = np.arange(4 * nx * ny, dtype=np.int32)
         mesh.vertices.add(4 * nx * ny)
@@ -46,6 +58,7 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
     positions[..., 2] = z
     mesh.attributes["position"].data.foreach_set("vector", positions.ravel())
     mesh.update()
+    obj[_PLACE_PROPERTY] = place
     if not mesh.materials:
         mesh.materials.append(_map_material(ATTRIBUTE))
     return obj
@@ -74,6 +87,14 @@ def paint(obj, colors: np.ndarray, attribute: str = ATTRIBUTE) -> None:
     corners = np.repeat(np.asarray(colors, dtype=np.float32).reshape(-1, 4), 4, axis=0)
     layer.data.foreach_set("color", corners.ravel())
     mesh.update_tag()
+
+
+def painted_colors(obj, attribute: str = ATTRIBUTE) -> np.ndarray:
+    """(nx, ny, 4) float32 linear RGBA of the cells of a :func:`ground_grid`, as :func:`paint` left them."""
+    layer = obj.data.color_attributes[attribute]
+    corners = np.empty(4 * len(layer.data), dtype=np.float32)
+    layer.data.foreach_get("color", corners)
+    return corners.reshape(*obj[_SHAPE_PROPERTY], 4, 4)[:, :, 0]
 
 
 def _map_material(attribute: str):

@@ -1,16 +1,27 @@
-"""Add a room to walk in."""
+"""Add a scene to walk in."""
 
 import bpy
+from bpy.props import EnumProperty
 
-from ..sample.room import SIZE, add_sample_room, configure
-from ..scene_collections import OBSTACLES, REGIONS, ROOM, ensure_collection
+from ...core.errors import SceneError
+from ..sample.layouts import LAYOUTS, layout_of
+from ..sample.scene_file import SCENES, append_scene_file
 
 
 class WAYFARER_OT_add_sample_room(bpy.types.Operator):
     bl_idname = "wayfarer.add_sample_room"
-    bl_label = "Add Sample Room"
-    bl_description = "Add a room with walls, pillars, furniture and a step, and use it as the environment"
+    bl_label = "Add Sample Scene"
+    bl_description = (
+        "Add a scene with obstacles and use it as the environment; a sample scene that was added before is replaced"
+    )
     bl_options = {"REGISTER", "UNDO"}
+
+    sample: EnumProperty(
+        items=[(layout.key, layout.label, layout.description) for layout in LAYOUTS],
+        name="Scene",
+        description="Which scene to add",
+        default=LAYOUTS[0].key,
+    )
 
     @classmethod
     def poll(cls, context):
@@ -20,9 +31,11 @@ class WAYFARER_OT_add_sample_room(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        scene = context.scene
-        obstacles = ensure_collection(scene, OBSTACLES)
-        sample = add_sample_room(ensure_collection(scene, ROOM), obstacles, ensure_collection(scene, REGIONS))
-        configure(scene.wayfarer.environment, sample, obstacles)
-        self.report({"INFO"}, f"A room of {SIZE[0]:g} x {SIZE[1]:g} m; only steps over lead into its far end")
+        layout = layout_of(self.sample)
+        try:
+            append_scene_file(context.scene, SCENES / layout.file_name)
+        except SceneError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, layout.description)
         return {"FINISHED"}

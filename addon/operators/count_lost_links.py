@@ -2,8 +2,7 @@
 
 import bpy
 
-from ...core.evaluation.why_not import lost_links
-from ...core.progress import Progress
+from ...core.evaluation.why_not import lost_links_steps
 from ..jobs import LongOperator
 from ..state import results
 
@@ -22,8 +21,7 @@ class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
 
     def steps(self, context):
         embedding = results(context.scene).embedding
-        yield Progress(0.0, "Counting links")
-        return embedding, lost_links(embedding)
+        return embedding, (yield from lost_links_steps(embedding))
 
     def apply(self, context, result):
         embedding, lost = result

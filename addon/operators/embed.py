@@ -2,12 +2,11 @@
 
 import bpy
 
-from ...core.embedding.embedding import embed_steps
-from ...core.evaluation.variability import coverage_share
-from ...core.progress import Progress
-from ..inputs import make_environment, read_shapes
+from ..advice import embedding_advice
 from ..jobs import LongOperator
-from ..state import keep_embedding, results
+from ..state import results
+from ..text import counted
+from ..workflow import embed_scene_steps, keep_embedded
 
 
 class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):
@@ -27,26 +26,16 @@ class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):
         return False
 
     def steps(self, context):
-        scene = context.scene
-        shapes = read_shapes(scene, context.evaluated_depsgraph_get())
-        environment = make_environment(scene, shapes)
-        found, settings = results(scene), scene.wayfarer.embedding.to_core()
-        yield Progress(0.0, "Reading the scene")
-        # What did not move since the last time need not be computed again.
-        embedding = yield from embed_steps(found.graph, environment, settings, found.embedding)
-        # Counted here, because counting takes about as long as embedding.
-        yield Progress(1.0, "Counting links")
-        share, _ = coverage_share(embedding), embedding.n_links
-        return embedding, shapes, share
+        return embed_scene_steps(context.scene, context.evaluated_depsgraph_get())
 
     def apply(self, context, result):
-        embedding, shapes, share = result
-        keep_embedding(context.scene, embedding, shapes)
-        results(context.scene).summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=share)
-        if embedding.n_nodes == 0:
-            self.report({"WARNING"}, "The character cannot go anywhere: no endless walk fits into this scene")
-        else:
+        keep_embedded(context.scene, result)
+        embedding = result.embedding
+        for sentence in embedding_advice(context.scene):
+            self.report({"WARNING"}, sentence)
+        if embedding.n_nodes > 0:
             self.report(
                 {"INFO"},
-                f"{embedding.n_nodes:,} nodes, {embedding.n_links:,} links, {share:.0%} of the free floor covered",
+                f"{counted(embedding.n_nodes, 'node')}, {counted(embedding.n_links, 'link')}, {result.share:.0%} of "
+                "the free floor covered",
             )

@@ -3,10 +3,11 @@
 import bpy
 
 from ...core.progress import Progress
-from ..examination import ClipHealth, clip_health
+from ..examination import ClipHealth, clip_health, clip_motions
 from ..inputs import action_fingerprint, doctor_settings, read_character
 from ..jobs import LongOperator
-from ..state import keep_health
+from ..state import keep_health, keep_motion
+from ..text import counted
 from .needs_clips import NeedsClips
 
 
@@ -24,18 +25,21 @@ class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
         settings = doctor_settings(scene)
         seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
         found = {name: ClipHealth(problem=reason) for name, reason in problems}
+        motions = clip_motions(clips)
         for done, clip in enumerate(clips):
             yield Progress(done / len(clips), f"Examining {clip.name}")
             found[clip.name] = clip_health(clip, settings)
-        return found, seen
+        return found, seen, motions
 
     def apply(self, context, result):
-        found, seen = result
+        found, seen, motions = result
         for name, health in found.items():
             keep_health(context.scene, name, seen[name], health)
+        for name, motion in motions.items():
+            keep_motion(context.scene, name, seen[name], motion)
         ill = [name for name, health in found.items() if not health.is_healthy]
         if ill:
             n_findings = sum(len(health.sentences) for health in found.values())
-            self.report({"WARNING"}, f"{n_findings} findings in {len(ill)} of {len(found)} clips")
+            self.report({"WARNING"}, f"{counted(n_findings, 'finding')} in {len(ill)} of {counted(len(found), 'clip')}")
         else:
-            self.report({"INFO"}, f"Nothing is wrong with any of {len(found)} clips")
+            self.report({"INFO"}, f"Nothing is wrong with {counted(len(found), 'clip')}")

@@ -3,26 +3,29 @@
 from pathlib import Path
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringProperty
 
-from ...core.errors import ClipError, MotionGraphError
+from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
+from ...core.progress import Progress, portion
 from ..bridge.body import add_body
-from ..bridge.import_bvh import import_bvh_folder
-from ..bridge.read_actions import read_clips
+from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, remove_imported
+from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
+from ..jobs import LongOperator
 from ..scene_collections import CHARACTER, ensure_collection
+from ..text import counted
 
 
-class WAYFARER_OT_import_bvh(bpy.types.Operator):
+class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.import_bvh"
     bl_label = "Import BVH Folder"
-    bl_description = "Import all BVH files of a folder as actions of one new character"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Import BVH files as actions of one new character: those that are selected, or all of a folder"
 
     directory: StringProperty(
         name="Folder", description="All BVH files in it are imported", subtype="DIR_PATH", options={"SKIP_SAVE"}
     )
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     filter_glob: StringProperty(default="*.bvh", options={"HIDDEN"})
     scale: FloatProperty(
         name="Scale",
@@ -54,20 +57,40 @@ class WAYFARER_OT_import_bvh(bpy.types.Operator):
             return False
         return True
 
+    _in_window = False
+
     def invoke(self, context, event):
+        self._in_window = True
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
+        # The file selector ends here, too: from now on it is long work like any other.
+        return super().invoke(context, None) if self._in_window else super().execute(context)
+
+    def steps(self, context):
         folder = Path(bpy.path.abspath(self.directory))
+        if not folder.is_dir():
+            raise ClipError(f"There is no folder '{folder}'; choose one with BVH files in it.")
+        chosen = [folder / file.name for file in self.files if file.name.lower().endswith(".bvh")]
+        paths = [path for path in chosen if path.is_file()] or bvh_files(folder)
+        armature, actions, problems = yield from portion(import_bvh_files_steps(paths, self.scale or None), 0.0, 0.8)
+        uids = {action.session_uid for action in actions}
+        uid, complete = armature.session_uid, False
         try:
-            if not folder.is_dir():
-                raise ClipError(f"There is no folder '{folder}'; choose one with BVH files in it.")
-            armature, actions, problems = import_bvh_folder(folder, self.scale or None)
-            tagged = self._tag_jumps(armature, actions)
-        except MotionGraphError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            tags = yield from portion(self._jump_steps(armature.session_uid, uids), 0.8, 1.0)
+            complete = True
+        finally:
+            if not complete:
+                remove_imported(uid, uids)
+        return uid, uids, problems, tags
+
+    def apply(self, context, result):
+        uid, uids, problems, tags = result
+        armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
+        actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
+        for action_uid, (masks, first_frame) in tags.items():
+            write_tags(actions[action_uid], masks, first_frame)
         collection = ensure_collection(context.scene, CHARACTER)
         for other in armature.users_collection:
             other.objects.unlink(armature)
@@ -80,20 +103,25 @@ class WAYFARER_OT_import_bvh(bpy.types.Operator):
         settings.refresh_clips()
         for name, reason in problems:
             self.report({"WARNING"}, f"Left out '{name}': {reason}")
-        jumps = f", {tagged} of them with jumps" if tagged else ""
-        self.report({"INFO"}, f"{len(actions)} clips imported{jumps}")
-        return {"FINISHED"}
+        jumps = f", {len(tags)} of them with jumps" if tags else ""
+        self.report({"INFO"}, f"{counted(len(actions), 'clip')} imported{jumps}")
 
-    def _tag_jumps(self, armature, actions) -> int:
-        """Tag the jumps of the actions; returns how many actions hold any."""
+    def _jump_steps(self, uid: int, uids: set[int]):
+        """Tags of the actions that hold jumps, by their session id: (masks, first frame)."""
         tag = self.jump_tag.strip()
         if not tag:
-            return 0
-        clips, _ = read_clips(armature, actions)
-        tagged = 0
-        for clip in clips:
-            mask = jump_mask(clip, self.jump_height)
+            return {}
+        tags = {}
+        for done, action_uid in enumerate(sorted(uids)):
+            yield Progress(done / len(uids), "Looking for jumps")
+            armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
+            action = next(action for action in bpy.data.actions if action.session_uid == action_uid)
+            clip = read_clip(armature, action)
+            try:
+                mask = jump_mask(clip, self.jump_height)
+            except ClipError:
+                # A character whose feet cannot be told is imported all the same.
+                return {}
             if mask.any():
-                write_tags(bpy.data.actions[clip.name], {**clip.tags, tag: mask}, int(clip.first_frame))
-                tagged += 1
-        return tagged
+                tags[action_uid] = {**clip.tags, tag: mask}, int(clip.first_frame)
+        return tags

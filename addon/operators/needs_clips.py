@@ -1,14 +1,16 @@
 """What operators on clips need before they can run."""
 
+from ..clip_actions import character_problem
+
 
 class NeedsClips:
     """Mixin: a character, and at least one of its clips ticked."""
 
     @classmethod
     def poll(cls, context):
-        settings = context.scene.wayfarer
-        if settings.character is None:
-            cls.poll_message_set("Choose a character first")
+        settings, problem = context.scene.wayfarer, character_problem(context.scene)
+        if problem:
+            cls.poll_message_set(problem)
         elif not any(clip.use for clip in settings.clips):
             cls.poll_message_set("Give the character actions, refresh the clips and tick at least one")
         else:

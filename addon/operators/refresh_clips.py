@@ -2,6 +2,9 @@
 
 import bpy
 
+from ..clip_actions import character_problem
+from ..text import counted
+
 
 class WAYFARER_OT_refresh_clips(bpy.types.Operator):
     bl_idname = "wayfarer.refresh_clips"
@@ -11,10 +14,10 @@ class WAYFARER_OT_refresh_clips(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.scene.wayfarer.character is None:
-            cls.poll_message_set("Choose a character first")
-            return False
-        return True
+        problem = character_problem(context.scene)
+        if problem:
+            cls.poll_message_set(problem)
+        return not problem
 
     def execute(self, context):
         settings = context.scene.wayfarer
@@ -22,5 +25,5 @@ class WAYFARER_OT_refresh_clips(bpy.types.Operator):
         if len(settings.clips) == 0:
             self.report({"WARNING"}, f"No action animates '{settings.character.name}'")
         else:
-            self.report({"INFO"}, f"{len(settings.clips)} clips, {new} of them new")
+            self.report({"INFO"}, f"{counted(len(settings.clips), 'clip')}, {new} new")
         return {"FINISHED"}

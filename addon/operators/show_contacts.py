@@ -8,6 +8,7 @@ from ..inputs import action_fingerprint, read_character
 from ..jobs import LongOperator
 from ..render.contact_strip import ClipContacts, contact_strip, show_in_image
 from ..state import keep_contacts
+from ..text import counted
 from .needs_clips import NeedsClips
 
 IMAGE_NAME = "Wayfarer Contacts"
@@ -38,7 +39,7 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
             keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
         image = show_in_image(IMAGE_NAME, contact_strip(found))
         _open_in_editor(context, image)
-        self.report({"INFO"}, f"Contacts of {len(found)} clips are in the image '{image.name}'")
+        self.report({"INFO"}, f"Contacts of {counted(len(found), 'clip')} are in the image '{image.name}'")
 
 
 def _open_in_editor(context, image) -> None:

@@ -6,7 +6,20 @@ not (see :mod:`..state`).
 
 import bpy
 
-from . import clips, embedding, environment, floor_map, motion_graph, scene, walk
+from . import (
+    clips,
+    embedding,
+    environment,
+    evaluation,
+    findings,
+    floor_map,
+    motion_graph,
+    overlay,
+    queries,
+    scene,
+    tuning,
+    walk,
+)
 from .environment import GroundSource
 from .floor_map import MapQuantity
 from .walk import WalkStart, WalkStyle
@@ -20,7 +33,12 @@ CLASSES = (
     *environment.CLASSES,
     *embedding.CLASSES,
     *floor_map.CLASSES,
+    *overlay.CLASSES,
     *walk.CLASSES,
+    *findings.CLASSES,
+    *evaluation.CLASSES,
+    *tuning.CLASSES,
+    *queries.CLASSES,
     *scene.CLASSES,
 )
 

@@ -18,6 +18,15 @@ class WayfarerClip(bpy.types.PropertyGroup):
     use: BoolProperty(
         name="Use", description="Let this action take part in the motion graph", default=True, options=set()
     )
+    weight: FloatProperty(
+        name="Weight",
+        description="How often this clip is played, beside others, by walks that prefer clips by weight; with 0, only "
+        "where nothing else can be played",
+        default=1.0,
+        min=0.0,
+        soft_max=10.0,
+        options=set(),
+    )
 
 
 class WayfarerContactSettings(bpy.types.PropertyGroup):

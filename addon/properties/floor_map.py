@@ -1,37 +1,158 @@
 """What is painted on the floor."""
 
-from enum import Enum
+from collections.abc import Callable
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ..render.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
+from ..render.palettes import Palette
 from .enums import enum_items
 
+__all__ = ["CHANGE_LISTENERS", "CLASSES", "MapQuantity", "WayfarerMapSettings"]
 
-class MapQuantity(Enum):
-    """What can be painted on the floor."""
+CHANGE_LISTENERS: list[Callable[[bpy.types.Scene], None]] = []
+"""Called with the scene when someone changes a setting of its map."""
 
-    VARIABILITY = "variability"
-    COVERAGE = "coverage"
-    WHY_NOT = "why not"
+
+def map_changed(settings, _) -> None:
+    """Update callback of settings that the map depends on."""
+    for listener in CHANGE_LISTENERS:
+        listener(settings.id_data)
+
+
+def _segment_names(settings, context, typed: str) -> list[str]:
+    # Only now, because what has been computed knows the settings.
+    from ..state import results
+
+    graph = results(settings.id_data).graph
+    names = [segment.name for segment in graph.segments] if graph is not None else []
+    return [name for name in names if typed.lower() in name.lower()]
 
 
 class WayfarerMapSettings(bpy.types.PropertyGroup):
     """What is painted on the floor."""
 
     quantity: EnumProperty(
-        items=enum_items(
-            {
-                MapQuantity.VARIABILITY: ("Variability", "In how many ways the character can pass through a cell"),
-                MapQuantity.COVERAGE: ("Coverage", "In how many headings the character can pass through a cell"),
-                MapQuantity.WHY_NOT: ("Why Not", "Why the character cannot go where it cannot go"),
-            }
-        ),
+        # With numbers, so that files keep their choice when there are more maps.
+        items=[(kind.name, kind.label, kind.description, "NONE", kind.number) for kind in MAPS],
         name="Map",
         description="What to paint on the floor",
         default=MapQuantity.VARIABILITY.name,
+        update=map_changed,
         options=set(),
     )
+    palette: EnumProperty(
+        items=enum_items(
+            {
+                Palette.GREYS: ("Greys", "From dark to light grey; what is out of reach is red"),
+                Palette.VIRIDIS: ("Viridis", "From violet over green to yellow; for all kinds of colour vision"),
+                Palette.CIVIDIS: ("Cividis", "From blue to yellow; looks alike to all kinds of colour vision"),
+            }
+        ),
+        name="Colors",
+        description="The scale of colours",
+        default=Palette.GREYS.name,
+        update=map_changed,
+        options=set(),
+    )
+    use_heading: BoolProperty(
+        name="Single Heading",
+        description="Show one heading instead of all of them together",
+        default=False,
+        update=map_changed,
+        options=set(),
+    )
+    heading: FloatProperty(
+        name="Heading",
+        description="The direction that the character faces, counter-clockwise from the X axis; the nearest one of "
+        "the grid is shown",
+        subtype="ANGLE",
+        default=0.0,
+        soft_min=0.0,
+        soft_max=6.283185307,
+        step=1500,
+        update=map_changed,
+        options=set(),
+    )
+    segment: StringProperty(
+        name="Segment",
+        description="The motion segment that is shown; without one, the first",
+        search=_segment_names,
+        update=map_changed,
+        options=set(),
+    )
+    goal: EnumProperty(
+        items=[
+            ("CURSOR", "3D Cursor", "The cell under the 3D cursor"),
+            ("OBJECT", "Active Object", "The cell under the origin of the active object"),
+        ],
+        name="To",
+        description="Where the character is to go",
+        default="CURSOR",
+        update=map_changed,
+        options=set(),
+    )
+    bands: BoolProperty(
+        name="Bands",
+        description="Show times in a few steps, such as 2, 3, 5 and 7 s, instead of continuously",
+        default=True,
+        update=map_changed,
+        options=set(),
+    )
+    few_ways: IntProperty(
+        name="Few Ways",
+        description="Variability under which a place that is reached counts as weak; with 0, only places that are not "
+        "reached do",
+        default=0,
+        min=0,
+        update=map_changed,
+        options=set(),
+    )
+    offset: FloatProperty(
+        name="Offset",
+        description="Height of the painted floor above the ground, so that the two do not flicker through each other; "
+        "large grounds, which are looked at from farther away, have a larger one",
+        subtype="DISTANCE",
+        default=0.004,
+        min=0.0,
+        soft_max=0.1,
+        precision=3,
+        update=map_changed,
+        options=set(),
+    )
+
+    @property
+    def kind(self) -> FloorMap:
+        return map_of(self.quantity)
+
+    def to_core(self) -> MapOptions:
+        """The options as they are at this moment."""
+        return MapOptions(
+            palette=Palette[self.palette],
+            heading=self.heading if self.use_heading else None,
+            segment=self.segment,
+            goal=self._goal(),
+            bands=self.bands,
+            few_ways=self.few_ways,
+            query=self.id_data.wayfarer.queries.to_query(),
+        )
+
+    @property
+    def key(self) -> str:
+        """Says which map is asked for: the same for the same map, whatever it does not heed."""
+        kind, options = self.kind, self.to_core()
+        heeded = [f"{name}={getattr(options, name)!r}" for name in sorted(kind.heeds)]
+        return " ".join([kind.name, *heeded, f"offset={self.offset:.6f}"])
+
+    def _goal(self) -> tuple[float, float]:
+        scene = self.id_data
+        place = scene.cursor.location
+        if self.goal == "OBJECT":
+            active = [layer.objects.active for layer in scene.view_layers if layer.objects.active is not None]
+            if active:
+                place = active[0].matrix_world.translation
+        return float(place[0]), float(place[1])
 
 
 CLASSES = (WayfarerMapSettings,)

@@ -1,19 +1,49 @@
 """Everything that Wayfarer keeps in a scene."""
 
+from enum import Enum
+
 import bpy
-from bpy.props import CollectionProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
 
 from ..clip_actions import character_actions
 from .clips import WayfarerClip, WayfarerContactSettings
 from .embedding import WayfarerEmbeddingSettings
+from .enums import enum_items
 from .environment import WayfarerEnvironmentSettings
-from .floor_map import WayfarerMapSettings
+from .evaluation import WayfarerEvaluationSettings
+from .findings import WayfarerFinding
+from .floor_map import WayfarerMapSettings, map_changed
 from .motion_graph import WayfarerGraphSettings
+from .overlay import WayfarerOverlaySettings
+from .queries import WayfarerQuerySettings
+from .tuning import WayfarerTuningSettings
 from .walk import WayfarerWalkSettings
 
 
 def _on_character(settings, _) -> None:
     settings.graph.forget_weights()
+    settings.refresh_clips()
+
+
+class ClipOrder(Enum):
+    """In which order clips are listed."""
+
+    NAME = "name"
+    DURATION = "duration"
+    DISTANCE = "distance"
+    TURN = "turn"
+
+
+class ClipFilter(Enum):
+    """Which clips are listed."""
+
+    ALL = "all"
+    USED = "used"
+    TAGGED = "tagged"
+    FINDINGS = "findings"
+
+
+def _on_others(settings, _) -> None:
     settings.refresh_clips()
 
 
@@ -30,25 +60,91 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
     )
     clips: CollectionProperty(type=WayfarerClip)
     active_clip: IntProperty(name="Active Clip", description="The clip chosen in the list", options=set())
+    clip_columns: EnumProperty(
+        items=[
+            ("DURATION", "Duration", "Show how long each clip lasts"),
+            ("DISTANCE", "Distance", "Show how far each clip goes, once the clips were examined or a graph was built"),
+            ("TURN", "Turn", "Show by how much each clip turns, once the clips were examined or a graph was built"),
+        ],
+        name="Columns",
+        description="What the list shows of each clip",
+        default={"DURATION"},
+        options={"ENUM_FLAG"},
+    )
+    clip_order: EnumProperty(
+        items=enum_items(
+            {
+                ClipOrder.NAME: ("Name", "In the order of their names"),
+                ClipOrder.DURATION: ("Duration", "The longest first"),
+                ClipOrder.DISTANCE: ("Distance", "Those that go farthest first"),
+                ClipOrder.TURN: ("Turn", "From the widest left turn to the widest right turn"),
+            }
+        ),
+        name="Order",
+        description="In which order the clips are listed",
+        default=ClipOrder.NAME.name,
+        options=set(),
+    )
+    clip_filter: EnumProperty(
+        items=enum_items(
+            {
+                ClipFilter.ALL: ("All", "All clips of the character"),
+                ClipFilter.USED: ("Ticked", "Clips that are ticked"),
+                ClipFilter.TAGGED: ("Tagged", "Clips of which some frames carry a tag"),
+                ClipFilter.FINDINGS: ("Findings", "Clips in which something was found"),
+            }
+        ),
+        name="Show",
+        description="Which clips are listed",
+        default=ClipFilter.ALL.name,
+        options=set(),
+    )
+    use_others: BoolProperty(
+        name="Actions of Others",
+        description="Also list actions that were made for other characters, if they move bones of this one",
+        default=False,
+        update=_on_others,
+        options=set(),
+    )
     contacts: PointerProperty(type=WayfarerContactSettings)
     graph: PointerProperty(type=WayfarerGraphSettings)
     environment: PointerProperty(type=WayfarerEnvironmentSettings)
     embedding: PointerProperty(type=WayfarerEmbeddingSettings)
     map: PointerProperty(type=WayfarerMapSettings)
+    overlay: PointerProperty(type=WayfarerOverlaySettings)
+    evaluation: PointerProperty(type=WayfarerEvaluationSettings)
+    tuning: PointerProperty(type=WayfarerTuningSettings)
+    queries: PointerProperty(type=WayfarerQuerySettings)
+    findings: CollectionProperty(type=WayfarerFinding)
+    live: BoolProperty(
+        name="Live",
+        description="Embed again and repaint the map whenever obstacles, regions, the ground or settings change",
+        default=False,
+        update=map_changed,
+        options=set(),
+    )
     walk: PointerProperty(type=WayfarerWalkSettings)
+    keep_results: BoolProperty(
+        name="Keep Results in File",
+        description="Save motion graph, embedding and walk with the file, so that nothing has to be computed again "
+        "when it is opened",
+        default=True,
+        options=set(),
+    )
 
     def refresh_clips(self) -> int:
         """List the actions that animate the character, keeping what was switched off; returns how many are new."""
         unused = {clip.action for clip in self.clips if not clip.use}
-        known = {clip.action for clip in self.clips}
-        actions = character_actions(self.character) if self.character else []
+        weights = {clip.action: clip.weight for clip in self.clips}
+        actions = character_actions(self.character, self.use_others) if self.character else []
         self.clips.clear()
         for action in actions:
             clip = self.clips.add()
             clip.action = action
             clip.use = action not in unused
+            clip.weight = weights.get(action, clip.weight)
         self.active_clip = min(self.active_clip, max(len(self.clips) - 1, 0))
-        return sum(action not in known for action in actions)
+        return sum(action not in weights for action in actions)
 
     def used_actions(self) -> list[bpy.types.Action]:
         return [clip.action for clip in self.clips if clip.use and clip.action is not None]

@@ -1,22 +1,45 @@
 """Colours of the floor map: the lighter, the more ways; free floor that is out of reach stands out."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ...core.environment.environment import Environment
-from ...core.environment.grid import SUBDIVISION
-from ...core.environment.regions import RegionRule
+from ...core.report.color_scale import GREYS
+from ...core.report.floor_colors import (
+    BLOCKED,
+    OBSTACLE,
+    RULED,
+    STEP,
+    UNREACHED,
+    WALK,
+    lightest_value,
+    lightness,
+    ruled_cells,
+)
 
-# sRGB, as a picture shows them.
-FEWEST, MOST = (0.30, 0.30, 0.31), (0.98, 0.98, 0.97)
-UNREACHED = (0.45, 0.13, 0.11)
-BLOCKED = (0.10, 0.11, 0.13)
-RULED = (0.47, 0.33, 0.10)
-WALK = (0.10, 0.78, 0.25)
-OBSTACLE = (0.33, 0.43, 0.56)
-STEP = (0.96, 0.66, 0.16)
+if TYPE_CHECKING:
+    from .palettes import Scale
 
-_PERCENTILE = 99.0
-"""The lightest grey stands for this percentile, so that a single busy cell does not darken all others."""
+__all__ = [
+    "BLOCKED",
+    "FEWEST",
+    "MOST",
+    "OBSTACLE",
+    "RULED",
+    "STEP",
+    "UNREACHED",
+    "WALK",
+    "displayed",
+    "lightest_value",
+    "lightness",
+    "linear",
+    "opaque_map",
+    "ruled_cells",
+    "scaled_colors",
+]
+
+FEWEST, MOST = GREYS.stops
 
 
 def linear(srgb) -> np.ndarray:
@@ -25,39 +48,26 @@ def linear(srgb) -> np.ndarray:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def lightest_value(values: np.ndarray) -> float:
-    """The value of (nx, ny) ``values`` from which on cells are painted in the lightest grey; at least 1."""
-    present = values[values > 0]
-    return max(float(np.percentile(present, _PERCENTILE)), 1.0) if present.size else 1.0
+def displayed(colors) -> np.ndarray:
+    """Scene-linear components as sRGB ones: what :func:`linear` undoes."""
+    colors = np.asarray(colors, dtype=float)
+    return np.where(colors <= 0.0031308, 12.92 * colors, 1.055 * np.maximum(colors, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
-def lightness(values: np.ndarray, lightest: float) -> np.ndarray:
-    """0 to 1: how light cells with these values are. Square roots, because the values span several magnitudes."""
-    return np.sqrt(np.clip(values / lightest, 0.0, 1.0))
+def opaque_map(srgb: np.ndarray) -> np.ndarray:
+    """(nx, ny, 4) linear RGBA of (nx, ny, 3) sRGB colours."""
+    return np.concatenate([linear(srgb), np.ones((*srgb.shape[:2], 1))], axis=2)
 
 
-def ruled_cells(environment: Environment) -> np.ndarray:
-    """(nx, ny) bool: cells whose centre may be passed with the right tags only.
-
-    There a character can often pass without a segment ending, so that nothing is counted in them.
-    """
-    corner = SUBDIVISION // 2
-    ruled = np.zeros(environment.blocked.shape, dtype=bool)
-    for region in environment.regions:
-        if region.rule is not RegionRule.CONFINE:
-            ruled |= region.mask
-    return ruled[corner::SUBDIVISION, corner::SUBDIVISION]
-
-
-def map_colors(values: np.ndarray, environment: Environment) -> np.ndarray:
+def scaled_colors(share: np.ndarray, present: np.ndarray, environment: Environment, scale: "Scale") -> np.ndarray:
     """(nx, ny, 4) linear RGBA for the floor.
 
-    ``values`` is (nx, ny): how much of what is mapped there is in each cell, 0 where the character cannot go.
+    ``share`` is (nx, ny), from 0 to 1: where on the scale each cell lies that is ``present`` (nx, ny). The others are
+    out of reach, ruled or blocked.
     """
-    share = lightness(values, lightest_value(values))[..., None]
-    colors = (1 - share) * FEWEST + share * np.asarray(MOST)
+    colors = scale.colors(share)
     free = environment.free_cells()
-    colors[(values <= 0) & free] = UNREACHED
-    colors[(values <= 0) & free & ruled_cells(environment)] = RULED
-    colors[(values <= 0) & ~free] = BLOCKED
-    return np.concatenate([linear(colors), np.ones((*values.shape, 1))], axis=2)
+    colors[~present & free] = scale.unreached
+    colors[~present & free & ruled_cells(environment)] = scale.ruled
+    colors[~present & ~free] = scale.blocked
+    return opaque_map(colors)

@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 from .map_colors import linear
+from .material_colors import keep_material_colors
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class PictureScene:
         return self.scene.camera
 
     def render(self, path: Path, width: int, height: int) -> None:
+        keep_material_colors(self.scene.objects)
         render = self.scene.render
         render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
         render.image_settings.file_format = "PNG"

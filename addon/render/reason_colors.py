@@ -2,8 +2,16 @@
 
 import numpy as np
 
+from ...core.environment.environment import Environment
+from ...core.environment.grid import SUBDIVISION
+from ...core.environment.regions import RegionRule
 from ...core.evaluation.why_not import Reason
-from .map_colors import linear
+from .map_colors import opaque_map, ruled_cells
+
+RULE = "RULE"
+"""Name of what the core has no reason for: a region's rule must be kept to cross here, and no segment ends in it."""
+
+_RULE = len(Reason)
 
 # sRGB, after Okabe and Ito's palette for all kinds of colour vision; lightness differs, too.
 _COLORS = {
@@ -16,6 +24,7 @@ _COLORS = {
     Reason.OTHER_COMPONENT: (0.00, 0.62, 0.45),
     Reason.UNREACHABLE: (0.45, 0.45, 0.47),
 }
+_RULE_COLOR = (0.40, 0.15, 0.00)
 _LABELS = {
     Reason.EMBEDDED: "Can Go Here",
     Reason.BLOCKED: "Too Near an Obstacle",
@@ -28,28 +37,56 @@ _LABELS = {
 }
 
 
-def floor_reasons(reasons: np.ndarray) -> np.ndarray:
+def floor_reasons(reasons: np.ndarray, environment: Environment | None = None) -> np.ndarray:
     """(nx, ny) uint8 :class:`Reason` of each cell, from those of its headings (nx, ny, n_headings).
 
-    EMBEDDED if any heading is; otherwise the most common one, and of equally common ones the first.
+    EMBEDDED if any heading is; otherwise the most common one, and of equally common ones the first. With an
+    ``environment``, free cells under a region's rule have that as their reason, the number after the last ``Reason``:
+    whoever stops in the middle of a step has no way out, but what the artist wants to hear of is the step.
     """
     counts = np.stack([(reasons == reason).sum(axis=2) for reason in Reason], axis=2)
     most = counts.argmax(axis=2)
-    return np.where(counts[..., Reason.EMBEDDED] > 0, int(Reason.EMBEDDED), most).astype(np.uint8)
+    embedded = counts[..., Reason.EMBEDDED] > 0
+    floor = np.where(embedded, int(Reason.EMBEDDED), most).astype(np.uint8)
+    if environment is not None:
+        floor[ruled_cells(environment) & ~embedded & (floor != Reason.BLOCKED)] = _RULE
+    return floor
+
+
+def rule_labels(environment: Environment) -> str:
+    """What the environment's regions ask for, if they all ask for the same."""
+    rules = {(r.rule, r.tag) for r in environment.regions if r.rule is not RegionRule.CONFINE}
+    if len(rules) != 1:
+        return "Crossed by a Region's Rule"
+    rule, tag = rules.pop()
+    return f"Crossed by '{tag}' Only" if rule is RegionRule.REQUIRE else f"Crossed Without '{tag}' Only"
+
+
+def place_reason(reason: Reason, environment: Environment, x: int, y: int) -> str:
+    """The reason of a single cell in words, with the names of the regions whose rule must be kept there."""
+    middle = SUBDIVISION // 2
+    at = x * SUBDIVISION + middle, y * SUBDIVISION + middle
+    rules = [r for r in environment.regions if r.rule is not RegionRule.CONFINE and r.mask[at]]
+    if rules and reason not in (Reason.EMBEDDED, Reason.BLOCKED):
+        words = [f"'{r.tag}' {'only' if r.rule is RegionRule.REQUIRE else 'not'} ({r.name})" for r in rules]
+        return f"Rule of the region: {', '.join(words)}"
+    return _LABELS[reason]
 
 
 def reason_colors(floor: np.ndarray) -> np.ndarray:
     """(nx, ny, 4) linear RGBA for the floor, from (nx, ny) reasons."""
-    table = np.array([(*linear(_COLORS[reason]), 1.0) for reason in Reason])
-    return table[floor]
+    table = np.array([*(_COLORS[reason] for reason in Reason), _RULE_COLOR])
+    return opaque_map(table[floor])
 
 
 def reason_legend() -> dict[str, tuple[str, tuple[float, float, float]]]:
     """Label and sRGB colour of each reason, by its name."""
-    return {reason.name: (_LABELS[reason], _COLORS[reason]) for reason in Reason}
+    legend = {reason.name: (_LABELS[reason], _COLORS[reason]) for reason in Reason}
+    return legend | {RULE: ("Crossed by a Region's Rule", _RULE_COLOR)}
 
 
 def reason_shares(floor: np.ndarray) -> dict[str, float]:
     """The share (0 to 1) of the floor that each reason has, by its name; those without any left out."""
-    counts = np.bincount(floor.ravel(), minlength=len(Reason))
-    return {reason.name: float(counts[reason] / floor.size) for reason in Reason if counts[reason]}
+    names = [*(reason.name for reason in Reason), RULE]
+    counts = np.bincount(floor.ravel(), minlength=len(names))
+    return {name: float(count / floor.size) for name, count in zip(names, counts.tolist(), strict=True) if count}

@@ -5,11 +5,13 @@ import numpy as np
 from mathutils import Vector
 
 from .map_picture import MapScene
+from .material_colors import keep_material_colors
 from .view_picture import aim
 
 
-def show_colors(screen) -> None:
+def show_colors(screen, scene) -> None:
     """Let solid viewports that colour by material colour by attribute, the only way in which they show a map."""
+    keep_material_colors(scene.objects)
     for area in screen.areas if screen else ():
         if area.type == "VIEW_3D":
             shading = area.spaces.active.shading
@@ -20,6 +22,7 @@ def show_colors(screen) -> None:
 def set_up_viewports(shown: MapScene) -> None:
     """Let all 3D viewports colour by attribute, so that solid mode shows the map, and look at the ground."""
     centre = Vector(((shown.low[0] + shown.high[0]) / 2, (shown.low[1] + shown.high[1]) / 2, shown.ground_height))
+    keep_material_colors(bpy.data.objects)
     extent = float(np.hypot(shown.high[0] - shown.low[0], shown.high[1] - shown.low[1]))
     for screen in bpy.data.screens:
         for area in screen.areas:

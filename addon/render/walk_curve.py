@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 
+from ..scene_collections import OUTPUT, find_collection
 from .map_colors import WALK, linear
 
 NAME = "Wayfarer Walk"
@@ -16,10 +17,15 @@ def walk_curve(path: np.ndarray, ground_height: float, collection) -> bpy.types.
     obj = collection.objects.get(NAME)
     if obj is None or obj.type != "CURVE":
         curve = bpy.data.curves.new(NAME, "CURVE")
-        curve.materials.append(_material())
+        curve.materials.append(walk_material(NAME, WALK))
         obj = bpy.data.objects.new(NAME, curve)
         collection.objects.link(obj)
-    curve = obj.data
+    lay_tube(obj.data, path, ground_height)
+    return obj
+
+
+def lay_tube(curve, path: np.ndarray, ground_height: float) -> None:
+    """Make curve data a tube along (F, 3) x, y (m), heading, a little above the ground at ``ground_height`` (m)."""
     curve.dimensions = "3D"
     # Upright: the tube would otherwise turn, and shrink, at every sharp bend.
     curve.twist_mode = "Z_UP"
@@ -36,7 +42,17 @@ def walk_curve(path: np.ndarray, ground_height: float, collection) -> bpy.types.
     points[:, 2] = ground_height + _ABOVE
     spline.points.foreach_set("co", points.ravel())
     spline.points.foreach_set("radius", np.ones(len(kept), dtype=np.float32))
-    return obj
+
+
+def remove_walk_curve(scene) -> None:
+    """Remove the curve of an earlier walk from the scene, if there is one."""
+    collection = find_collection(scene, OUTPUT)
+    obj = collection.objects.get(NAME) if collection is not None else None
+    if obj is not None and obj.type == "CURVE":
+        curve = obj.data
+        bpy.data.objects.remove(obj)
+        if curve.users == 0:
+            bpy.data.curves.remove(curve)
 
 
 def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
@@ -48,13 +64,14 @@ def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
     return points[kept if len(kept) > 1 else [0, len(points) - 1]]
 
 
-def _material():
-    material = bpy.data.materials.get(NAME)
+def walk_material(name: str, srgb: tuple[float, float, float]):
+    """The material of this name, which glows a little; made in this colour if there is none."""
+    material = bpy.data.materials.get(name)
     if material is None:
-        material = bpy.data.materials.new(NAME)
+        material = bpy.data.materials.new(name)
         if material.node_tree is None:  # before 5.0 nodes were optional
             material.use_nodes = True
-        color = (*linear(WALK), 1.0)
+        color = (*linear(srgb), 1.0)
         material.diffuse_color = color
         shader = material.node_tree.nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = color

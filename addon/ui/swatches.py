@@ -3,8 +3,6 @@
 import bpy.utils.previews
 import numpy as np
 
-from ..render.reason_colors import reason_legend
-
 _SIZE = 32
 _EDGE = 5
 """Clear pixels around the square."""
@@ -12,21 +10,24 @@ _EDGE = 5
 _previews = None
 
 
-def swatch(name: str) -> int:
-    """Number of the icon in the colour of this reason; 0, for none, where icons cannot be drawn."""
-    return _previews[name].icon_id if _previews is not None and name in _previews else 0
-
-
-def register():
-    global _previews
-    _previews = bpy.utils.previews.new()
-    for name, (_, color) in reason_legend().items():
+def swatch(color: tuple[float, float, float]) -> int:
+    """Number of the icon in this colour (sRGB), drawn when it is first asked for; 0, for none, where there are none."""
+    if _previews is None:
+        return 0
+    name = " ".join(f"{part:.3f}" for part in color)
+    if name not in _previews:
         pixels = np.zeros((_SIZE, _SIZE, 4), dtype=np.float32)
         pixels[_EDGE:-_EDGE, _EDGE:-_EDGE] = (0.5, 0.5, 0.5, 1.0)
         pixels[_EDGE + 1 : -_EDGE - 1, _EDGE + 1 : -_EDGE - 1] = (*color, 1.0)
         icon = _previews.new(name)
         icon.icon_size = (_SIZE, _SIZE)
         icon.icon_pixels_float.foreach_set(pixels.ravel())
+    return _previews[name].icon_id
+
+
+def register():
+    global _previews
+    _previews = bpy.utils.previews.new()
 
 
 def unregister():

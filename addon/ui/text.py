@@ -7,7 +7,7 @@ _FALLBACK_WIDTH = 260
 """Pixels, where there is no region to draw in."""
 
 
-def draw_wrapped(context, layout, text: str, margin: float = 62.0) -> None:
+def draw_wrapped(context, layout, text: str, margin: float = 70.0) -> None:
     """Draw ``text`` on as many lines as the region's width asks for, ``margin`` (units of 1x) being taken up."""
     scale = context.preferences.system.ui_scale
     width = context.region.width if context.region else _FALLBACK_WIDTH

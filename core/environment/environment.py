@@ -7,12 +7,8 @@ import numpy as np
 
 from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
-from .obstacles import clip_to_heights, samples_within, solid_samples
+from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_samples
 from .regions import Region, RegionMask, RegionRule, rasterise_regions
-
-#: Bytes that a sample takes while obstacles are grown (measured), and how many may be looked at: 4 GB.
-SAMPLE_BYTES = 40
-MAX_SAMPLES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -104,7 +100,8 @@ def build_environment(
     Raises
     ------
     SceneError
-        A coordinate is not a number, a radius is negative, or a region lies wholly outside the ground.
+        A coordinate is not a number or absurdly large, a radius is negative or would take too much memory, or a region
+        lies wholly outside the ground.
     """
     settings = settings or EnvironmentSettings()
     n_samples = grid.shape[0] * grid.shape[1] * SUBDIVISION**2

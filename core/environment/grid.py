@@ -61,6 +61,11 @@ class Grid:
             raise SceneError(f"The cell size is {cell_size}; it must be a positive length.")
         # A cell size that came through single precision misses a whole number of cells by a hair.
         n_cells = extent / cell_size
+        if not np.all(n_cells < 1e9):
+            raise SceneError(
+                f"The ground of {extent[0]:g} x {extent[1]:g} m has too many cells of {cell_size:g} m; use larger "
+                "cells or a smaller ground."
+            )
         whole = np.abs(n_cells - np.rint(n_cells)) <= 1e-4 + 1e-6 * n_cells
         cells = np.where(whole, np.rint(n_cells), np.floor(n_cells)).astype(int)
         if np.any(cells < 1):

@@ -10,10 +10,15 @@ import numpy as np
 from scipy import ndimage
 
 from ..errors import SceneError
+from ..motion.kinematics import FARTHEST, are_positions
 from .grid import SUBDIVISION, Grid
 
 #: Pairs of a polygon and a strip of samples that are looked at together: some 100 MB.
 STRIPS_AT_ONCE = 500_000
+
+#: Bytes that a sample takes while obstacles are grown (measured), and how many may be looked at: 4 GB.
+SAMPLE_BYTES = 40
+MAX_SAMPLES = 100_000_000
 
 
 def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -24,6 +29,11 @@ def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarra
     """
     if not np.isfinite(triangles).all():
         raise SceneError("An obstacle has a vertex whose position is not a number; repair that mesh.")
+    if not are_positions(triangles).all():
+        raise SceneError(
+            f"An obstacle or region reaches farther than {FARTHEST / 1000:,.0f} km from the origin; shrink it, or "
+            "leave it out."
+        )
     z = triangles[:, :, 2]
     inside = np.all((z >= low) & (z <= high), axis=1)
     apart = np.all(z > high, axis=1) | np.all(z < low, axis=1)
@@ -76,7 +86,7 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0
     only touches its border may set either neighbour).
     """
     width, depth = shape
-    edges = np.zeros(width * (depth + 1), dtype=np.int64)
+    edges = np.zeros(width * (depth + 1), dtype=np.int32)
     x, y = polygons[:, :, 0], polygons[:, :, 1]
     near = (x.max(axis=1) >= 0) & (x.min(axis=1) <= width) & (y.max(axis=1) >= 0) & (y.min(axis=1) <= depth)
     polygons = polygons[near]
@@ -87,7 +97,7 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0
     block = (np.cumsum(n_strips) - n_strips) // STRIPS_AT_ONCE
     for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
         _fill(edges, polygons[start:stop], first[start:stop], n_strips[start:stop], depth, tolerance)
-    return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth] > 0
+    return _running_sums(edges, shape) > 0
 
 
 def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> None:
@@ -120,6 +130,13 @@ def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> Non
     np.subtract.at(edges, strip[met] * (depth + 1) + top + 1, 1)
 
 
+def _running_sums(edges: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """(width, depth) sums along each column of samples up to each of them; overwrites ``edges``."""
+    width, depth = shape
+    columns = edges.reshape(width, depth + 1)
+    return np.cumsum(columns, axis=1, out=columns)[:, :depth]
+
+
 def solid_columns(triangles: np.ndarray, low: float, high: float, shape: tuple[int, int]) -> np.ndarray:
     """(width, depth) bool: samples whose centre lies inside a closed mesh all the way from ``low`` to ``high``.
 
@@ -128,9 +145,19 @@ def solid_columns(triangles: np.ndarray, low: float, high: float, shape: tuple[i
     two tests at most. Only meaningful where no triangle passes through the column between the two heights.
     """
     z = triangles[:, :, 2]
-    above = _cut(triangles, z - high) if np.isfinite(high) else triangles[:0]
-    below = _cut(triangles, low - z) if np.isfinite(low) else triangles[:0]
+    above = _beyond(triangles, z - high) if np.isfinite(high) else triangles[:0]
+    below = _beyond(triangles, low - z) if np.isfinite(low) else triangles[:0]
     return (_crossings(above, shape) > 0) & (_crossings(below, shape) < 0)
+
+
+def _beyond(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """(n, 4, 3) corners of the parts of triangles where the height (T, 3) of the corners over a plane is not negative.
+
+    Only those that the plane passes through need cutting.
+    """
+    low, high = height.min(axis=1), height.max(axis=1)
+    cut = (low < 0) & (high >= 0)
+    return np.concatenate([_with_corners(triangles[low >= 0], 4), _cut(triangles[cut], height[cut])])
 
 
 def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -138,11 +165,11 @@ def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     width, depth = shape
     x, y = polygons[:, :, 0], polygons[:, :, 1]
     area = np.sum(np.roll(x, 1, axis=1) * y - x * np.roll(y, 1, axis=1), axis=1)
-    polygons, facing = polygons[area != 0], np.sign(area[area != 0]).astype(np.int64)
+    polygons, facing = polygons[area != 0], np.sign(area[area != 0]).astype(np.int32)
     first = np.clip(np.ceil(polygons[:, :, 0].min(axis=1) - 0.5), 0, width).astype(int)
     last = np.clip(np.ceil(polygons[:, :, 0].max(axis=1) - 0.5), 0, width).astype(int)
     n_lines = last - first
-    edges = np.zeros(width * (depth + 1), dtype=np.int64)
+    edges = np.zeros(width * (depth + 1), dtype=np.int32)
     block = (np.cumsum(n_lines) - n_lines) // STRIPS_AT_ONCE
     for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
         part, lines = polygons[start:stop], n_lines[start:stop]
@@ -164,7 +191,7 @@ def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
         column, sign = line[met] * (depth + 1), facing[start:stop][which[met]]
         np.add.at(edges, column + np.clip(np.ceil(low[met] - 0.5), 0, depth).astype(int), sign)
         np.subtract.at(edges, column + np.clip(np.ceil(high[met] - 0.5), 0, depth).astype(int), sign)
-    return np.cumsum(edges.reshape(width, depth + 1), axis=1)[:, :depth]
+    return _running_sums(edges, shape)
 
 
 def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: float = 0.0) -> np.ndarray:
@@ -182,9 +209,19 @@ def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: f
     polygons = polygons - np.floor(polygons.min(axis=1, keepdims=True) / size) * size
     nx, ny = size.tolist()
     repeats_x, repeats_y = (np.floor(polygons.max(axis=(0, 1)) / size).astype(int) + 1).tolist()
+    _check_repeats(grid, repeats_x * repeats_y)
     mask = rasterise(polygons, (repeats_x * nx, repeats_y * ny), tolerance)
     tile = mask.reshape(repeats_x, nx, repeats_y, ny).any(axis=(0, 2))
     return np.pad(tile, margin, mode="wrap")
+
+
+def _check_repeats(grid: Grid, n_tiles: int) -> None:
+    """SceneError if geometry that covers so many tiles would take too much memory."""
+    if n_tiles * grid.shape[0] * grid.shape[1] * SUBDIVISION**2 > MAX_SAMPLES:
+        raise SceneError(
+            f"An obstacle or region covers {n_tiles:,} tiles of {grid.size[0]:g} x {grid.size[1]:g} m, more than "
+            "can be looked at; cut it down to the tile, or do not tile the ground."
+        )
 
 
 def solid_samples(grid: Grid, triangles: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -197,6 +234,7 @@ def solid_samples(grid: Grid, triangles: np.ndarray, low: float, high: float) ->
     # Faces of one mesh must stay together: look at all the tiles that the geometry covers.
     first = np.floor(moved[:, :, :2].min(axis=(0, 1)) / size).astype(int)
     n_tiles = np.floor(moved[:, :, :2].max(axis=(0, 1)) / size).astype(int) + 1 - first
+    _check_repeats(grid, int(np.prod(n_tiles)))
     moved[:, :, :2] -= first * size
     nx, ny = size.tolist()
     solid = solid_columns(moved, low, high, tuple((n_tiles * size).tolist()))
@@ -209,6 +247,12 @@ def samples_within(grid: Grid, polygons: np.ndarray, distance: float) -> np.ndar
     The distance between two samples is that of the nearest points of their squares: growing the occupied ones by
     one sample in all eight directions and measuring between centres gives exactly that.
     """
+    size = np.array(grid.shape[:2]) * SUBDIVISION
+    if np.prod(size + 2 * (distance / grid.sample_size + 2)) > MAX_SAMPLES:
+        raise SceneError(
+            f"Keeping {distance:g} m away from everything takes too much memory in cells of {grid.cell_size:g} m; use "
+            "a smaller radius or margin, or larger cells."
+        )
     margin = int(np.ceil(distance / grid.sample_size)) + 2
     occupied = occupied_samples(grid, polygons, margin)
     if distance > 0 and occupied.any():

@@ -183,10 +183,12 @@ def open_problem(folder: str) -> Problem:
         grid = Grid(tuple(header["shape"]), header["cell_size"], tuple(header["origin"]), header["tiled"])
         footprint = {**header["footprint"], "rule": FootprintRule[header["footprint"]["rule"]]}
         regions = tuple(
-            RegionMask(name, RegionRule[rule], tag, np.load(path / f"region-{i}.npy", mmap_mode="r"))
+            RegionMask(
+                name, RegionRule[rule], tag, np.load(path / f"region-{i}.npy", mmap_mode="r", allow_pickle=False)
+            )
             for i, (name, rule, tag) in enumerate(header["regions"])
         )
-        environment = Environment(grid, np.load(path / "blocked.npy", mmap_mode="r"), regions)
+        environment = Environment(grid, np.load(path / "blocked.npy", mmap_mode="r", allow_pickle=False), regions)
         halo_x, halo_y = header["halo"]
         plan = plan_parcels(grid, halo_x, halo_y, header["parcel_cells"])
     except (OSError, ValueError, KeyError, TypeError) as error:

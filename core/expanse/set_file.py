@@ -2,7 +2,7 @@
 
 import os
 import struct
-import tempfile
+import uuid
 import zlib
 from pathlib import Path
 
@@ -47,16 +47,17 @@ def read_set(path: Path) -> list[int]:
 
 
 def write_whole(path: Path, raw: bytes) -> None:
-    """Write a file so that whoever looks finds all of it or none; EmbeddingError if that cannot be done."""
+    """Write a file so that whoever looks finds all of it or none; StorageError if that cannot be done."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
+        # Not tempfile's, which are for their owner's eyes only: workers may be other users.
+        temporary = path.with_name(f".writing-{uuid.uuid4().hex}")
         try:
-            with os.fdopen(handle, "wb") as file:
+            with open(temporary, "xb") as file:
                 file.write(raw)
             os.replace(temporary, path)
         except BaseException:
-            os.unlink(temporary)
+            temporary.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise StorageError(

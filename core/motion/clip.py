@@ -7,8 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import ClipError
-from .kinematics import as_rotation, world_transforms
+from .kinematics import FARTHEST, are_positions, are_rotations, as_rotation, world_transforms
 from .skeleton import Skeleton
+
+SLOWEST_RATE, FASTEST_RATE = 0.1, 100_000.0
+"""Frames per second: what is beyond them is a mistake, and would make a motion of no length, or of no end."""
 
 
 @dataclass(frozen=True)
@@ -55,20 +58,37 @@ class MotionClip:
             raise ClipError(f"Clip '{self.name}' does not have one rotation and translation per frame and bone.")
         if n_frames < 2:
             raise ClipError(f"Clip '{self.name}' has {n_frames} frame; a motion needs at least two.")
-        if not self.frame_rate > 0:
-            raise ClipError(f"Clip '{self.name}' has a frame rate of {self.frame_rate}; it must be positive.")
+        if not SLOWEST_RATE <= self.frame_rate <= FASTEST_RATE:
+            raise ClipError(
+                f"Clip '{self.name}' has a frame rate of {self.frame_rate:g}; it must be between {SLOWEST_RATE:g} and "
+                f"{FASTEST_RATE:,.0f} frames per second."
+            )
         if not (np.isfinite(self.rotations).all() and np.isfinite(self.translations).all()):
             bad = ~np.isfinite(self.rotations).all(axis=2) | ~np.isfinite(self.translations).all(axis=2)
-            frame, joint = np.argwhere(bad)[0]
             raise ClipError(
-                f"Clip '{self.name}' holds a value that is not a number at sample {frame}, "
-                f"bone '{self.skeleton.names[joint]}'; repair or delete that key."
+                f"Clip '{self.name}' holds a value that is not a number at {self._where(bad)}; repair or delete that "
+                "key."
+            )
+        turned, placed = are_rotations(self.rotations), are_positions(self.translations)
+        if not turned.all():
+            raise ClipError(
+                f"Clip '{self.name}' holds a rotation that is none at {self._where(~turned)}; repair that key."
+            )
+        if not placed.all():
+            raise ClipError(
+                f"Clip '{self.name}' moves farther than {FARTHEST / 1000:,.0f} km at {self._where(~placed)}; check the "
+                "units of its source."
             )
         for tag, mask in self.tags.items():
             if np.shape(mask) != (n_frames,):
                 raise ClipError(f"Clip '{self.name}': the tag '{tag}' needs one entry per frame.")
         if self.heading is not None and not (np.shape(self.heading) == (n_frames,) and np.isfinite(self.heading).all()):
             raise ClipError(f"Clip '{self.name}': the heading needs one angle per frame.")
+
+    def _where(self, bad: np.ndarray) -> str:
+        """The first place where the (F, J) mask is set, for people."""
+        frame, joint = np.argwhere(bad)[0]
+        return f"sample {frame}, bone '{self.skeleton.names[joint]}'"
 
     @property
     def n_frames(self) -> int:

@@ -128,7 +128,7 @@ def joined(parts: list[PoseFeatures]) -> PoseFeatures:
 def transition_costs(features_a: PoseFeatures, features_b: PoseFeatures) -> np.ndarray:
     """(A, B) float32 cost of switching from each frame of ``features_a`` to each of ``features_b``.
 
-    D = sum_k w_k |log(q_bk^-1 q_ak)|^2 + nu sum_k w_k |omega_ak - omega_bk|^2 + root terms (rad^2), after Lee
+    ``D = sum_k w_k |log(q_bk^-1 q_ak)|^2 + nu sum_k w_k |omega_ak - omega_bk|^2 + root terms`` (rad^2), after Lee
     et al. 2002, section 4.1, with horizontal position and heading left out. Symmetric: switching from b to a
     costs the same. Needs A x B x 4 bytes and a little more.
     """
@@ -229,7 +229,7 @@ def close_pairs_steps(
 def squared_angles(cosines: np.ndarray) -> np.ndarray:
     """Squared angles (rad^2) of the rotations between quaternions whose inner products are ``cosines``.
 
-    (2 arccos |c|)^2 as u h(u) with u = 1 - |c|: the square is smooth where arccos itself is not, so a
+    ``(2 arccos |c|)^2`` as ``u h(u)`` with ``u = 1 - |c|``: the square is smooth where arccos itself is not, so a
     polynomial h is both faster and safe against rounding near equal rotations. Overwrites ``cosines``.
     """
     u = np.abs(cosines, out=cosines)

@@ -3,6 +3,21 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+FARTHEST = 1e6
+"""Metres from the origin beyond which a position is a mistake, of units for example."""
+
+
+def are_rotations(quaternions: np.ndarray) -> np.ndarray:
+    """(...,) bool: which of the (..., 4) quaternions are finite and of unit length (to single precision and a bit)."""
+    quaternions = np.asarray(quaternions, dtype=float)
+    # Clipped, because squares of what is far too long overflow; what is not a number is nowhere near one.
+    return np.abs(np.linalg.norm(np.clip(quaternions, -9, 9), axis=-1) - 1) < 1e-3
+
+
+def are_positions(points: np.ndarray) -> np.ndarray:
+    """(...,) bool: which of the (..., 3) points are finite and not absurdly far away."""
+    return np.all(np.abs(np.asarray(points, dtype=float)) <= FARTHEST, axis=-1)
+
 
 def as_rotation(quaternions: np.ndarray) -> Rotation:
     """(..., 4) quaternions (w, x, y, z) as one flat scipy Rotation."""

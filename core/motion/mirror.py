@@ -12,7 +12,8 @@ from .sides import partners
 from .skeleton import Skeleton
 from .stature import rest_world, stature
 
-_SUFFIX = " (mirrored)"
+MIRRORED = " (mirrored)"
+"""What is added to the name of a mirrored clip."""
 
 
 def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
@@ -65,7 +66,7 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
 
     return replace(
         clip,
-        name=clip.name.removesuffix(_SUFFIX) if clip.name.endswith(_SUFFIX) else clip.name + _SUFFIX,
+        name=clip.name.removesuffix(MIRRORED) if clip.name.endswith(MIRRORED) else clip.name + MIRRORED,
         rotations=rotations,
         translations=translations,
         heading=None if clip.heading is None else 2 * clip.heading[0] - clip.heading,

@@ -1,10 +1,12 @@
 """The joints of a character: names, hierarchy and rest pose."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..errors import ClipError
+from .kinematics import are_positions, are_rotations, world_transforms
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,25 @@ class Skeleton:
             raise ClipError(
                 f"The bones of the skeleton rooted at '{self.names[0]}' do not form one tree with parents first."
             )
+        if len(set(self.names)) < len(self.names):
+            twice = next(name for place, name in enumerate(self.names) if name in self.names[:place])
+            raise ClipError(f"Two bones of the skeleton are called '{twice}'; rename one of them.")
+        bad = ~(are_rotations(self.rest_rotations) & are_positions(self.rest_translations))
+        if bad.any():
+            raise ClipError(
+                f"The rest pose of bone '{self.names[np.argmax(bad)]}' is none: its place or its rotation is not a "
+                "number; repair that bone."
+            )
+        if not np.linalg.norm(self.forward) > 1e-6:
+            raise ClipError(f"The skeleton rooted at '{self.names[0]}' has no forward direction; choose its axis.")
+
+    @cached_property
+    def rest_world(self) -> tuple[np.ndarray, np.ndarray]:
+        """World rotations (J, 4) and joint positions (J, 3) in metres of the rest pose; read-only."""
+        rotations, positions = world_transforms(self.rest_rotations[None], self.rest_translations[None], self.parents)
+        for array in (rotations, positions):
+            array.flags.writeable = False
+        return rotations[0], positions[0]
 
     @property
     def n_joints(self) -> int:

@@ -2,16 +2,12 @@
 
 import numpy as np
 
-from .kinematics import world_transforms
 from .skeleton import Skeleton
 
 
 def rest_world(skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (J, 4) and joint positions (J, 3) in metres of the rest pose."""
-    rotations, positions = world_transforms(
-        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
-    )
-    return rotations[0], positions[0]
+    """World rotations (J, 4) and joint positions (J, 3) in metres of the rest pose; read-only."""
+    return skeleton.rest_world
 
 
 def stature(skeleton: Skeleton) -> float:

@@ -18,23 +18,46 @@ def played_root_path(walk: Walk, gaps: SeamGaps, windows: np.ndarray, tolerance:
     Each segment's path is edited by itself, so that speed, direction and turn rate change abruptly at the seams. The
     changes are spread over the (S, 2) ``windows`` of frames around them, or less, so that the path is never left by
     more than ``tolerance`` metres. It passes exactly through every grid element, and does not change outside the
-    windows.
+    windows. Nor does it where it would come too near to an obstacle or into another region.
     """
-    path = walk.root_path.copy()
     if tolerance == 0 or len(gaps.frames) == 0:
-        return path
+        return walk.root_path.copy()
     frame_rate = walk.embedding.graph.frame_rate
     starting, ending = _end_rates(walk)
     jumps = (starting[gaps.after] - ending[gaps.before]) / frame_rate
     speeds = np.linalg.norm(jumps[:, :2], axis=1) / 2
     longest = np.floor(np.minimum(tolerance / np.maximum(speeds * _PEAK, 1e-12), windows.max())).astype(int)
-    for after in (False, True):
-        reach = np.minimum(windows[:, int(after)], longest)
-        seam, step = window_steps(reach, first=1)
-        at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
-        # Half of the change on each side; before the seam time runs against the steps.
-        path[at] -= closing(step, reach[seam])[1][:, None] * jumps[seam] / 2
-    return path
+    while True:
+        path, owner = walk.root_path.copy(), np.full(walk.root_path.shape[0], -1)
+        for after in (False, True):
+            reach = np.minimum(windows[:, int(after)], longest)
+            seam, step = window_steps(reach, first=1)
+            at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
+            # Half of the change on each side; before the seam time runs against the steps.
+            path[at] -= closing(step, reach[seam])[1][:, None] * jumps[seam] / 2
+            owner[at] = seam
+        astray = owner[_is_elsewhere(walk, path) & (owner >= 0)]
+        if not len(astray):
+            return path
+        longest[astray] = 0
+
+
+def _is_elsewhere(walk: Walk, path: np.ndarray) -> np.ndarray:
+    """(F,) bool: where a path lies off the ground, in what is blocked or in other regions than the walk's own path."""
+    environment = walk.embedding.environment
+    grid, size = environment.grid, np.array(environment.blocked.shape)
+    places = [np.floor((p[:, :2] - grid.origin) / grid.sample_size).astype(int) for p in (path, walk.root_path)]
+    off = np.zeros(len(path), dtype=bool)
+    if grid.tiled:
+        places = [place % size for place in places]
+    else:
+        off = np.any((places[0] < 0) | (places[0] >= size), axis=1)
+        places = [np.clip(place, 0, size - 1) for place in places]
+    here, there = (tuple(place.T) for place in places)
+    off |= environment.blocked[here] & ~environment.blocked[there]
+    for region in environment.regions:
+        off |= region.mask[here] != region.mask[there]
+    return off
 
 
 def _end_rates(walk: Walk) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,18 @@ class Series:
 
 
 def line_chart(
-    title: str, x_label: str, y_label: str, series: Sequence[Series], width: int = 520, height: int = 320
+    title: str,
+    x_label: str,
+    y_label: str,
+    series: Sequence[Series],
+    width: int = 520,
+    height: int = 320,
+    from_zero: bool = False,
+    span: tuple[float, float] | None = None,
 ) -> Drawing:
-    """Curves over a common pair of axes, with a legend if there are several. The y axis starts at zero.
+    """Curves over a common pair of axes, with a legend if there are several. The y axis starts at zero, and with
+    ``from_zero`` the x axis, too: for what may be proportional. The y axis holds ``span``, so that charts side by side
+    can be compared.
 
     Raises ValueError if no series has a point, or one has values that are not finite.
     """
@@ -34,9 +43,13 @@ def line_chart(
     y = np.concatenate([np.asarray(s.y, dtype=float) for s in series]) if series else np.empty(0)
     if x.size == 0 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise ValueError(f"'{title}' has no finite points to draw")
-    x_ticks, y_ticks = ticks(x.min(), x.max(), 6), ticks(min(y.min(), 0.0), y.max())
-    legend = _LINE if len(series) > 1 else 0
-    top, bottom, right = _TOP + legend, height - _BOTTOM, width - _RIGHT
+    x_ticks = ticks(min(x.min(), 0.0) if from_zero else x.min(), x.max(), 6)
+    lowest, highest = (y.min(), y.max()) if span is None else (min(y.min(), span[0]), max(y.max(), span[1]))
+    y_ticks = ticks(min(lowest, 0.0), highest)
+    right = width - _RIGHT
+    legend = _legend_places([curve.name for curve in series], right) if len(series) > 1 else []
+    lines = round((legend[-1][1] - _TOP) / _LINE) + 1 if legend else 0
+    top, bottom = _TOP + lines * _LINE, height - _BOTTOM
 
     def across(values):
         return _LEFT + (np.asarray(values) - x_ticks[0]) / (x_ticks[-1] - x_ticks[0]) * (right - _LEFT)
@@ -54,17 +67,28 @@ def line_chart(
     marks.append(Line(np.array([[_LEFT, bottom], [right, bottom]]), QUIET))
     marks.append(Label((_LEFT + right) / 2, height - 12, x_label, 12, INK, Anchor.MIDDLE))
     marks.append(Label(16, (top + bottom) / 2, y_label, 12, INK, Anchor.MIDDLE, upright=True))
-    legend_x = float(_LEFT)
     for i, curve in enumerate(series):
         color = SERIES[i % len(SERIES)]
         marks.append(Line(np.column_stack([across(curve.x), up(curve.y)]), color, 2.0))
         for cx, cy in zip(across(curve.x), up(curve.y), strict=True):
             marks.append(Box(cx - 2, cy - 2, 4, 4, color))
         if legend:
-            marks.append(Box(legend_x, _TOP - 2, 12, 4, color))
-            marks.append(Label(legend_x + 18, _TOP + 4, curve.name, 12))
-            legend_x += 36 + 7 * len(curve.name)
+            legend_x, legend_y = legend[i]
+            marks.append(Box(legend_x, legend_y - 2, 12, 4, color))
+            marks.append(Label(legend_x + 18, legend_y + 4, curve.name, 12))
     return Drawing(width, height, tuple(marks))
+
+
+def _legend_places(names: Sequence[str], right: float) -> list[tuple[float, float]]:
+    """Where the entries of a legend begin: in as many lines as it takes."""
+    places, x, y = [], float(_LEFT), float(_TOP)
+    for name in names:
+        wide = 36 + 7 * len(name)
+        if x > _LEFT and x + wide > right:
+            x, y = float(_LEFT), y + _LINE
+        places.append((x, y))
+        x += wide
+    return places
 
 
 def bar_chart(title: str, unit: str, names: Sequence[str], values: Sequence[float], width: int = 520) -> Drawing:
@@ -101,12 +125,27 @@ class ColorBar:
     highest: str
 
 
+@dataclass(frozen=True)
+class Trace:
+    """A line over a map.
+
+    Attributes
+    ----------
+    points : (n, 2) float array
+        In cells: the centre of cell (x, y) is (x, y). Where a tiled floor is crossed, the line goes on from the other
+        side.
+    """
+
+    points: np.ndarray
+    color: Color
+
+
 def map_chart(
     title: str,
     colors: np.ndarray,
     cell_size: float,
     legend: Sequence[Swatch | ColorBar] = (),
-    paths: Sequence[np.ndarray] = (),
+    traces: Sequence[Trace] = (),
     width: int = 520,
 ) -> Drawing:
     """A floor seen from above, +Y upwards, with a scale of metres and a legend.
@@ -117,8 +156,8 @@ def map_chart(
         sRGB of each cell, components from 0 to 1.
     cell_size : float
         Metres.
-    paths : sequence of (n, 2) arrays
-        Lines over the floor, in cells: the centre of cell (x, y) is (x, y).
+    traces : sequence of Trace
+        Each begins with a dot.
     """
     nx, ny, _ = colors.shape
     pixels = np.round(255 * np.clip(colors, 0.0, 1.0)).astype(np.uint8).transpose(1, 0, 2)[::-1]
@@ -127,11 +166,19 @@ def map_chart(
     left = (width - shown_width) / 2
     marks: list[Mark] = [Label(16, 24, title, 14, bold=True)]
     marks.append(Picture(left, _TOP - 6, shown_width, shown_height, np.ascontiguousarray(pixels)))
-    for path in paths:
-        places = np.column_stack(
-            [left + (path[:, 0] + 0.5) * scale, _TOP - 6 + shown_height - (path[:, 1] + 0.5) * scale]
-        )
-        marks.append(Line(places, (0.10, 0.78, 0.25), 2.0))
+    for trace in traces:
+        for stretch in _stretches(trace.points, nx, ny):
+            marks.append(
+                Line(
+                    np.column_stack(
+                        [left + (stretch[:, 0] + 0.5) * scale, _TOP - 6 + shown_height - (stretch[:, 1] + 0.5) * scale]
+                    ),
+                    trace.color,
+                    2.0,
+                )
+            )
+        first = (trace.points[0] + 0.5) % (nx, ny)
+        marks.append(Box(left + first[0] * scale - 4, _TOP - 10 + shown_height - first[1] * scale, 8, 8, trace.color))
     y = _TOP + shown_height + 12
     metres = float(ticks(0.0, max(nx * cell_size / 5, cell_size), 2)[1])
     marks.append(Line(np.array([[left, y], [left + metres / cell_size * scale, y]]), INK, 3.0))
@@ -153,3 +200,10 @@ def map_chart(
             wide = start + 98 + 6.5 * len(entry.highest) - x + 14
         x += wide
     return Drawing(width, round(y + 26), tuple(marks))
+
+
+def _stretches(points: np.ndarray, nx: int, ny: int) -> list[np.ndarray]:
+    """A line in the pieces that lie on one copy of a tiled floor each, all moved onto the floor itself."""
+    tile = np.floor((np.asarray(points) + 0.5) / (nx, ny)).astype(int)
+    ends = np.flatnonzero(np.any(np.diff(tile, axis=0) != 0, axis=1)) + 1
+    return [piece - of[0] * (nx, ny) for piece, of in zip(np.split(points, ends), np.split(tile, ends), strict=True)]

@@ -11,7 +11,18 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.bench import ablations, embeddings, evaluations, expanses, graphs, playbacks, reaches, tunings
+from tests.bench import (
+    ablations,
+    embeddings,
+    evaluations,
+    expanses,
+    graphs,
+    loads,
+    playbacks,
+    reaches,
+    studies,
+    tunings,
+)
 from tests.bench.benchmark import line, measure
 
 BENCHMARKS = {
@@ -23,6 +34,8 @@ BENCHMARKS = {
     **ablations.BENCHMARKS,
     **tunings.BENCHMARKS,
     **playbacks.BENCHMARKS,
+    **studies.BENCHMARKS,
+    **loads.BENCHMARKS,
 }
 
 

@@ -14,7 +14,7 @@ from bl_ext.user_default.wayfarer.core.motion.contacts import ContactSettings
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import MotionGraphSettings, ThresholdMode
 
 GROUPS = properties.CLASSES
-SMALL_WORDS = {"a", "an", "and", "as", "at", "for", "in", "of", "or", "the", "to"}
+SMALL_WORDS = {"a", "an", "and", "as", "at", "for", "from", "in", "of", "or", "the", "to"}
 
 
 def own_properties():
@@ -37,6 +37,9 @@ def test_panels_follow_the_workflow():
         "Environment",
         "Embedding",
         "Map",
+        "Evaluation",
+        "Tuning",
+        "Queries",
         "Walk",
     ]
     for panel in top:
@@ -46,10 +49,15 @@ def test_panels_follow_the_workflow():
 def draw(panel) -> "Layout":
     """Drawn with a stand-in for the layout, because nothing is drawn without a window."""
     layout = Layout()
-    of_step = {name: getattr(panel, name) for name in ("result_is_there", "result_is_stale") if hasattr(panel, name)}
+    of_step = {
+        name: getattr(panel, name)
+        for name in ("result_is_there", "result_is_stale", "presets", "finding")
+        if hasattr(panel, name)
+    }
     instance = type("Drawn", (), {"layout": layout, **of_step})()
+    bases = [base for base in panel.__mro__ if base is panel or base.__name__ in ("Step", "FindingPart")]
     for name in ("draw_header", "draw_header_preset", "draw"):
-        if name in vars(panel) or any(name in vars(base) for base in panel.__mro__ if base.__name__ == "Step"):
+        if any(name in vars(base) for base in bases):
             getattr(panel, name)(instance, bpy.context)
     return layout
 
@@ -88,14 +96,26 @@ def finish(settings):
     # One clip shorter than a segment, so that there is a finding.
     clip = next(clip for clip in settings.clips if clip.use)
     clip.action.use_frame_range, clip.action.frame_start, clip.action.frame_end = True, 1, 12
+    quantity, settings.tuning.k = settings.map.quantity, 20
+    for step in ("build_motion_graph", "embed", "find_reach"):
+        assert getattr(operators, step)() == {"FINISHED"}
+    settings.map.quantity = quantity
     for step in (
         "examine_clips",
         "show_contacts",
         "guess_weights",
         "build_motion_graph",
         "embed",
+        "prune",
         "count_lost_links",
         "paint_map",
+        "measure",
+        "find_weak_spots",
+        "ablate",
+        "find_deletable",
+        "direct_capture",
+        "find_occupancy",
+        "sweep_pruning",
         "random_walk",
     ):
         assert getattr(operators, step)() == {"FINISHED"}
@@ -135,7 +155,7 @@ def test_panels_draw_what_exists_when_all_is_done(sample_settings):
     ) in health.drawn
     legend = texts(drawn["WAYFARER_PT_map", "COST", "OBJECT"])
     assert "Can Go Here" in legend and sum(text.endswith("%") for text in legend) >= 3
-    assert "Lost to Obstacles" in texts(drawn["WAYFARER_PT_embedding", "COST", "OBJECT"])
+    assert "Lost to Obstacles" in texts(drawn["WAYFARER_PT_lost_links", "COST", "OBJECT"])
     assert "Left Planted" in texts(drawn["WAYFARER_PT_contacts", "COST", "OBJECT"])
     graph = state.results(bpy.context.scene).graph
     dropped = texts(drawn["WAYFARER_PT_dropped", "COST", "OBJECT"])

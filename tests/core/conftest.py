@@ -19,3 +19,21 @@ def data_folder() -> Path:
     if not folder.is_dir():
         pytest.skip(f"needs the recorded motions, and there is no folder {folder}: set WAYFARER_DATA to theirs")
     return folder
+
+
+@pytest.fixture(scope="session")
+def dask_client():
+    """A client of Dask's scheduler with two worker processes on the loopback address, started once."""
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+@pytest.fixture
+def client(dask_client):
+    """The same, with both workers there: an earlier test may have killed one."""
+    dask_client.wait_for_workers(2, timeout=60)
+    return dask_client

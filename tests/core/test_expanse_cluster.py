@@ -12,17 +12,6 @@ from core.expanse.problem import create_problem
 
 from .test_expanse import assembled, larger_problem
 
-distributed = pytest.importorskip("distributed", reason="Dask is not installed")
-
-
-@pytest.fixture(scope="module")
-def client():
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
-    )
-    with cluster, distributed.Client(cluster) as client:
-        yield client
-
 
 @pytest.fixture
 def ground(tmp_path):

@@ -10,7 +10,18 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 # Each folder of core may import itself and those before it.
-CORE_LAYERS = ("motion", "environment", "embedding", "evaluation", "tuning", "playback", "report", "expanse", "study", "export")
+CORE_LAYERS = (
+    "motion",
+    "environment",
+    "embedding",
+    "evaluation",
+    "tuning",
+    "playback",
+    "report",
+    "expanse",
+    "study",
+    "export",
+)
 # What the core may import from outside; NumPy and SciPy are all that the extension brings or finds.
 CORE_PACKAGES = {"numpy", "scipy", *sys.stdlib_module_names}
 # (importer, imported) within the extension, by the first folders of their names.

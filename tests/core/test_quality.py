@@ -121,6 +121,27 @@ def test_clean_up_shows_in_the_report(walk, played, report):
     assert "m/s" in text and len(text.splitlines()) == 5
 
 
+def test_a_foot_that_is_lifted_does_not_slide_and_every_other_frame_counts(walk, played):
+    lifted = np.random.default_rng(1).random((played.n_frames, 2)) < 0.4
+    positions = played.world[1]
+    found = walk_quality(walk, played, n_worst=10_000, lifted=lifted)
+    for side, foot in enumerate(found.feet):
+        slides = {}
+        for plant in walk_plants(walk):
+            for frame in range(plant.first, plant.last) if plant.side == side else ():
+                if not (lifted[frame, side] and lifted[frame + 1, side]):
+                    joint = plant.pivots[frame + 1 - plant.first]
+                    step = positions[frame + 1, joint, :2] - positions[frame, joint, :2]
+                    slides[frame] = np.hypot(*step) * played.frame_rate
+        assert foot.mean == pytest.approx(np.mean(list(slides.values())))
+        assert foot.worst == pytest.approx(max(slides.values()))
+        assert slides[foot.worst_frame] == pytest.approx(foot.worst)
+        named = [entry for entry in found.worst_frames if entry.what == f"{foot.foot} slides" and entry.value > 0]
+        assert all(slides[entry.frame] == pytest.approx(entry.value) for entry in named)
+    with pytest.raises(WalkError, match="Lifted"):
+        walk_quality(walk, played, lifted=lifted[1:])
+
+
 def test_what_cannot_be_measured_says_so(walk, played):
     unknown = walk_quality(walk, played, ContactSettings(feet=(("Nobody",), ("Neither",))))
     assert not unknown.feet and "Nobody" in unknown.describe() and np.isnan(unknown.mean_slide)

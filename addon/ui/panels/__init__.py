@@ -1,6 +1,6 @@
 """The panels, in the order of the work."""
 
-from . import clips, embedding, environment, floor_map, motion_graph, walk
+from . import clips, embedding, environment, evaluation, floor_map, motion_graph, queries, tuning, walk
 
 PANELS = (
     *clips.PANELS,
@@ -8,5 +8,8 @@ PANELS = (
     *environment.PANELS,
     *embedding.PANELS,
     *floor_map.PANELS,
+    *evaluation.PANELS,
+    *tuning.PANELS,
+    *queries.PANELS,
     *walk.PANELS,
 )

@@ -1,10 +1,15 @@
 """The character's clips: which take part, what is wrong with them, when their feet are planted."""
 
+import math
+
 import bpy
 
-from ...state import contacts_of, health_of
+from ...advice import clip_advice
+from ...bridge.tags import tag_names
+from ...clip_actions import action_seconds
+from ...state import contacts_of, health_of, motion_of
 from ..text import draw_wrapped
-from .step import Sidebar, Step, draw_numbers, split_properties
+from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
 class WAYFARER_PT_clips(Step, bpy.types.Panel):
@@ -14,20 +19,29 @@ class WAYFARER_PT_clips(Step, bpy.types.Panel):
         return any(clip.use for clip in scene.wayfarer.clips)
 
     def draw(self, context):
-        layout, settings = self.layout, context.scene.wayfarer
+        layout, scene = self.layout, context.scene
+        settings = scene.wayfarer
         layout.prop(settings, "character", text="", icon="OUTLINER_OB_ARMATURE")
         if settings.character is None:
+            draw_sentences(context, layout, ["Choose an armature with actions, or add one"], "INFO")
             column = layout.column(align=True)
             column.operator("wayfarer.add_sample_character", icon="ARMATURE_DATA")
             column.operator("wayfarer.import_bvh", icon="IMPORT")
             return
+        draw_sentences(context, layout, clip_advice(scene))
         row = layout.row()
-        row.template_list("WAYFARER_UL_clips", "", settings, "clips", settings, "active_clip", rows=4, maxrows=8)
+        row.template_list("WAYFARER_UL_clips", "", settings, "clips", settings, "active_clip", rows=5, maxrows=8)
         column = row.column(align=True)
         column.operator("wayfarer.refresh_clips", text="", icon="FILE_REFRESH")
         column.operator("wayfarer.import_bvh", text="", icon="IMPORT")
-        used = sum(clip.use for clip in settings.clips)
-        layout.label(text=f"{used} of {len(settings.clips)} clips in use")
+        column.operator("wayfarer.append_actions", text="", icon="APPEND_BLEND")
+        column.prop(settings, "use_others", text="", icon="COMMUNITY")
+        if not settings.clips:
+            draw_sentences(context, layout, ["No action moves its bones; import motion, or append actions"], "INFO")
+            return
+        used = [clip.action for clip in settings.clips if clip.use and clip.action]
+        seconds = sum(action_seconds(scene, action) for action in used)
+        layout.label(text=f"{len(used)} of {len(settings.clips)} in use, {seconds:.1f} s")
 
 
 class _ClipsPart(Sidebar):
@@ -38,8 +52,39 @@ class _ClipsPart(Sidebar):
         return context.scene.wayfarer.character is not None
 
 
+class WAYFARER_PT_clip(_ClipsPart, bpy.types.Panel):
+    bl_label = "Clip"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, scene = split_properties(self.layout), context.scene
+        action = scene.wayfarer.active_action()
+        if action is None:
+            layout.label(text="No clip is chosen", icon="INFO")
+            return
+        layout.prop(action, "name", text="Name")
+        column = layout.column()
+        column.active = action.library is None
+        column.prop(action, "use_frame_range", text="Own Range")
+        row = column.row(align=True)
+        row.active = action.use_frame_range
+        row.prop(action, "frame_start", text="Frames")
+        row.prop(action, "frame_end", text="")
+        motion, tags = motion_of(scene, action), tag_names(action)
+        draw_numbers(
+            layout,
+            (
+                ("Duration", f"{action_seconds(scene, action):.2f} s"),
+                ("Distance", f"{motion.distance:.2f} m" if motion else "not examined"),
+                ("Turn", f"{math.degrees(motion.turn):+.0f}\u00b0" if motion else "not examined"),
+                ("Tags", ", ".join(tags) if tags else "none"),
+            ),
+        )
+
+
 class WAYFARER_PT_health(_ClipsPart, bpy.types.Panel):
     bl_label = "Health"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw_header_preset(self, context):
         scene = context.scene
@@ -111,4 +156,4 @@ class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):
         )
 
 
-PANELS = (WAYFARER_PT_clips, WAYFARER_PT_health, WAYFARER_PT_contacts)
+PANELS = (WAYFARER_PT_clips, WAYFARER_PT_clip, WAYFARER_PT_health, WAYFARER_PT_contacts)

@@ -2,12 +2,14 @@
 
 import bpy
 
-from ...state import embedding_is_stale, lost_links, results
-from .step import Step, draw_numbers, split_properties
+from ...advice import embedding_advice
+from ...state import embedding_changes, embedding_is_stale, lost_links, results
+from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
 class WAYFARER_PT_embedding(Step, bpy.types.Panel):
     bl_label = "Embedding"
+    presets = "embedding"
 
     def result_is_there(self, scene):
         return results(scene).embedding is not None
@@ -22,9 +24,12 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
         column.prop(settings, "position_rate")
         column.prop(settings, "heading_rate")
         layout.operator("wayfarer.embed", icon="LIGHTPROBE_VOLUME")
-        found = results(context.scene)
+        scene = context.scene
+        found = results(scene)
         if found.embedding is None:
+            draw_sentences(context, layout, _next_step(scene), "INFO")
             return
+        draw_sentences(context, layout, embedding_changes(scene))
         nx, ny, n_headings, _ = found.embedding.shape
         numbers = found.summary
         draw_numbers(
@@ -36,6 +41,29 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
                 ("Floor Covered", f"{numbers['coverage']:.0%}"),
             ),
         )
+        if found.pruning is not None:
+            draw_sentences(context, layout, [f"Pruned: {found.pruning.words.lower()}; see Tuning"], "INFO")
+        draw_sentences(context, layout, embedding_advice(scene))
+
+
+def _next_step(scene) -> list[str]:
+    """What has to be done before anything can be embedded."""
+    if results(scene).graph is None:
+        return ["Build the motion graph first"]
+    return [] if scene.wayfarer.environment.has_ground else ["Choose a ground or obstacles in Environment"]
+
+
+class WAYFARER_PT_lost_links(Sidebar, bpy.types.Panel):
+    bl_label = "Lost Links"
+    bl_parent_id = "WAYFARER_PT_embedding"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return results(context.scene).embedding is not None
+
+    def draw(self, context):
+        layout = self.layout
         lost = lost_links(context.scene)
         if lost is None:
             layout.operator("wayfarer.count_lost_links", icon="UNLINKED")
@@ -52,6 +80,19 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
         )
 
 
+class WAYFARER_PT_file(Sidebar, bpy.types.Panel):
+    bl_label = "File"
+    bl_parent_id = "WAYFARER_PT_embedding"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.prop(context.scene.wayfarer, "keep_results")
+        size = results(context.scene).stored_bytes
+        if size and context.scene.wayfarer.keep_results:
+            draw_numbers(layout, (("When Last Saved", f"{size / 1e6:.1f} MB"),))
+
+
 def _part(count: int, of: int) -> str:
     return f"{count / of:.0%} ({_short(count)})" if of else "0"
 
@@ -64,4 +105,4 @@ def _short(count: int) -> str:
     return str(count)
 
 
-PANELS = (WAYFARER_PT_embedding,)
+PANELS = (WAYFARER_PT_embedding, WAYFARER_PT_lost_links, WAYFARER_PT_file)

@@ -2,11 +2,13 @@
 
 import bpy
 
-from .step import Sidebar, Step, split_properties
+from ...advice import environment_advice
+from .step import Sidebar, Step, draw_sentences, split_properties
 
 
 class WAYFARER_PT_environment(Step, bpy.types.Panel):
     bl_label = "Environment"
+    presets = "environment"
 
     def result_is_there(self, scene):
         return scene.wayfarer.environment.has_ground
@@ -14,7 +16,9 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
     def draw(self, context):
         layout, settings = self.layout, context.scene.wayfarer.environment
         if settings.ground is None and settings.obstacles is None:
-            layout.operator("wayfarer.add_sample_room", icon="HOME")
+            draw_sentences(context, layout, ["Choose a ground or obstacles, or add a room"], "INFO")
+            layout.operator_menu_enum("wayfarer.add_sample_room", "sample", icon="HOME")
+        draw_sentences(context, layout, environment_advice(context.scene))
         split_properties(layout)
         column = layout.column()
         column.prop(settings, "ground_source")
@@ -29,6 +33,7 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
         column.prop(settings, "cell_size")
         column.prop(settings, "n_headings")
         column.prop(settings, "tiled")
+        column.prop(context.scene.wayfarer.overlay, "show_environment")
 
 
 class WAYFARER_PT_body(Sidebar, bpy.types.Panel):
@@ -46,6 +51,12 @@ class WAYFARER_PT_body(Sidebar, bpy.types.Panel):
 class WAYFARER_PT_regions(Sidebar, bpy.types.Panel):
     bl_label = "Regions"
     bl_parent_id = "WAYFARER_PT_environment"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header_preset(self, context):
+        regions = context.scene.wayfarer.environment.regions
+        if regions:
+            self.layout.label(text=str(len(regions)), translate=False)
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.wayfarer.environment

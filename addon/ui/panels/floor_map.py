@@ -2,49 +2,90 @@
 
 import bpy
 
-from ...properties import MapQuantity
-from ...render.reason_colors import reason_legend
-from ...state import map_is_stale, results
+from ...live import status
+from ...render.floor import find_floor, floor_legend
+from ...state import find_painted, map_is_stale, results
 from ..swatches import swatch
-from .step import Step, draw_numbers, draw_table
+from ..text import draw_wrapped
+from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
 
 class WAYFARER_PT_map(Step, bpy.types.Panel):
     bl_label = "Map"
 
     def result_is_there(self, scene):
-        return results(scene).painted is not None
+        return find_painted(scene) is not None
 
     def result_is_stale(self, scene):
         return map_is_stale(scene)
 
     def draw(self, context):
-        layout, settings = self.layout, context.scene.wayfarer.map
-        layout.row().prop(settings, "quantity", expand=True)
-        layout.operator("wayfarer.paint_map", icon="BRUSH_DATA")
-        found = results(context.scene)
-        if found.painted is None:
+        scene = context.scene
+        layout, settings = self.layout, scene.wayfarer.map
+        heeds = settings.kind.heeds
+        column = split_properties(layout).column()
+        column.prop(settings, "quantity")
+        if "palette" in heeds:
+            column.prop(settings, "palette")
+        if "segment" in heeds:
+            column.prop(settings, "segment", icon="ANIM_DATA")
+        if "goal" in heeds:
+            column.prop(settings, "goal")
+        if "bands" in heeds:
+            column.prop(settings, "bands")
+        if "few_ways" in heeds:
+            column.prop(settings, "few_ways")
+        if "heading" in heeds:
+            row = column.row(heading="Single Heading")
+            row.prop(settings, "use_heading", text="")
+            value = row.row()
+            value.active = settings.use_heading
+            value.prop(settings, "heading", text="")
+        row = layout.row(align=True)
+        row.use_property_split = False
+        row.operator("wayfarer.paint_map", icon="BRUSH_DATA")
+        row.prop(scene.wayfarer, "live", icon="PLAY", toggle=True)
+        if results(scene).embedding is None:
+            draw_sentences(context, layout, ["Embed the motion graph first"], "INFO")
+        elif scene.wayfarer.live:
+            text, icon = status(scene)
+            if text:
+                layout.label(text=text, icon=icon)
+        floor = find_floor(scene)
+        legend = floor_legend(floor) if floor is not None else None
+        if legend is None:
             return
-        _, quantity = found.painted
-        numbers = found.summary
-        if quantity == MapQuantity.WHY_NOT.name:
-            legend = reason_legend()
-            shares = sorted(numbers["reasons"].items(), key=lambda item: -item[1])
-            rows = [(legend[name][0], _percent(share), swatch(name)) for name, share in shares]
-            draw_table(layout, rows, factor=0.8)
-            return
-        unit = "ways" if quantity == MapQuantity.VARIABILITY.name else "headings"
-        draw_numbers(
-            layout,
-            (
-                ("Cells Covered", f"{numbers['map_cells']:,}"),
-                ("Most in a Cell", f"{numbers['map_highest']:,} {unit}"),
-            ),
-        )
+        if any(entry.value for entry in legend.swatches):
+            draw_table(layout, [(s.text, s.value, swatch(s.color)) for s in legend.swatches], factor=0.8)
+        if legend.numbers:
+            draw_numbers(layout, legend.numbers)
 
 
-def _percent(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.005 else "< 1%"
+class WAYFARER_PT_place(Sidebar, bpy.types.Panel):
+    bl_label = "Place"
+    bl_parent_id = "WAYFARER_PT_map"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return results(context.scene).embedding is not None
+
+    def draw(self, context):
+        layout = self.layout
+        layout.operator("wayfarer.pick_place", icon="EYEDROPPER")
+        for line in context.scene.wayfarer.overlay.place.splitlines():
+            draw_wrapped(context, layout, line)
 
 
-PANELS = (WAYFARER_PT_map,)
+class WAYFARER_PT_map_display(Sidebar, bpy.types.Panel):
+    bl_label = "Display"
+    bl_parent_id = "WAYFARER_PT_map"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, settings = split_properties(self.layout), context.scene.wayfarer
+        layout.prop(settings.overlay, "show_legend")
+        layout.prop(settings.map, "offset")
+
+
+PANELS = (WAYFARER_PT_map, WAYFARER_PT_place, WAYFARER_PT_map_display)

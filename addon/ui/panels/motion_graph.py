@@ -2,8 +2,8 @@
 
 import bpy
 
-from ...state import graph_is_stale, results
-from .step import Sidebar, Step, draw_numbers, draw_table, split_properties
+from ...state import graph_changes, graph_is_stale, results
+from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
 _MOST_ROWS = 8
 """Of each table; what does not fit is summed up in one row."""
@@ -11,6 +11,7 @@ _MOST_ROWS = 8
 
 class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
     bl_label = "Motion Graph"
+    presets = "graph"
 
     def result_is_there(self, scene):
         return results(scene).graph is not None
@@ -35,6 +36,11 @@ class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
         column.prop(settings, "steady_heading")
         layout.operator("wayfarer.build_motion_graph", icon="NODETREE")
         found = results(context.scene)
+        if found.problem:
+            draw_sentences(context, layout, [found.problem])
+        elif found.graph is None:
+            draw_sentences(context, layout, _next_step(context.scene), "INFO")
+        draw_sentences(context, layout, graph_changes(context.scene))
         if found.graph is not None:
             numbers = found.summary
             draw_numbers(
@@ -48,6 +54,14 @@ class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
                     ("Dropped", f"{numbers['dropped_seconds']:.1f} s"),
                 ),
             )
+
+
+def _next_step(scene) -> list[str]:
+    """What has to be done before a motion graph can be built."""
+    settings = scene.wayfarer
+    if settings.character is None:
+        return ["Choose a character in Clips"]
+    return [] if settings.used_actions() else ["Tick the clips that are to take part"]
 
 
 class WAYFARER_PT_joint_weights(Sidebar, bpy.types.Panel):

@@ -1,5 +1,8 @@
 """What panels have in common."""
 
+from ...presets import draw_presets
+from ..text import draw_wrapped
+
 
 class Sidebar:
     """Where all panels are."""
@@ -20,8 +23,13 @@ class Step(Sidebar):
         """Whether what it was done with has changed since."""
         return False
 
+    presets = ""
+    """The group of settings that presets can be made of."""
+
     def draw_header_preset(self, context):
         scene = context.scene
+        if self.presets:
+            draw_presets(self.presets, self.layout)
         if self.result_is_stale(scene):
             self.layout.label(text="Changed", icon="ERROR")
         elif self.result_is_there(scene):
@@ -56,3 +64,11 @@ def draw_table(layout, rows, factor: float = 0.72) -> None:
         right = split.row()
         right.alignment = "RIGHT"
         right.label(text=value, translate=False)
+
+
+def draw_sentences(context, layout, sentences, icon: str = "ERROR") -> None:
+    """What there is to say, one after the other, each with an icon."""
+    for sentence in sentences:
+        row = layout.row(align=True)
+        row.label(text="", icon=icon)
+        draw_wrapped(context, row, sentence, margin=86)

@@ -1,32 +1,45 @@
 """Walking."""
 
+import math
+
 import bpy
 
-from ...state import results, walk_is_stale
-from .step import Step, draw_numbers, split_properties
+from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
+from ...state import find_walk, results, walk_changes, walk_is_stale
+from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
 class WAYFARER_PT_walk(Step, bpy.types.Panel):
     bl_label = "Walk"
 
     def result_is_there(self, scene):
-        return results(scene).walk is not None
+        return find_walk(scene) is not None
 
     def result_is_stale(self, scene):
         return walk_is_stale(scene)
 
     def draw(self, context):
         layout, settings = split_properties(self.layout), context.scene.wayfarer.walk
+        style = WalkStyle[settings.style]
+        layout.column().prop(settings, "style")
+        _draw_aim(layout, context.scene, style)
         column = layout.column()
-        column.prop(settings, "duration")
-        column.prop(settings, "style")
-        column.prop(settings, "start")
-        column.prop(settings, "seed")
+        if style is not WalkStyle.CURVE:
+            column.prop(settings, "start")
+            if settings.start == "OBJECT":
+                column.prop(settings, "start_object", text=" ")
+        _draw_duration(layout, settings, style)
+        column = layout.column()
+        column.prop(settings, "output")
+        column = layout.column(heading="Add")
         column.prop(settings, "use_markers")
+        column.prop(settings, "draw_path")
         layout.operator("wayfarer.random_walk", icon="MOD_DYNAMICPAINT")
-        found = results(context.scene)
-        if found.walk is not None:
-            numbers = found.summary
+        if results(context.scene).embedding is None:
+            draw_sentences(context, layout, ["Embed the motion graph first"], "INFO")
+        if find_walk(context.scene) is not None:
+            draw_sentences(context, layout, walk_changes(context.scene))
+            numbers = results(context.scene).summary
             draw_numbers(
                 layout,
                 (
@@ -37,4 +50,118 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
             )
 
 
-PANELS = (WAYFARER_PT_walk,)
+def _draw_aim(layout, scene, style: WalkStyle) -> None:
+    """Where the walk leads, or which links it takes."""
+    settings = scene.wayfarer.walk
+    column = layout.column()
+    if style is WalkStyle.PERFORM:
+        column.prop(settings, "action_kind")
+        column.prop(settings, "action_clip" if settings.action_kind == "CLIP" else "action_tag")
+    if style in TO_A_TARGET:
+        column.prop(settings, "target")
+        if settings.target == "OBJECT":
+            column.prop(settings, "target_object", text=" ")
+    if style is WalkStyle.WAYPOINTS:
+        column.prop(settings, "waypoints")
+    if style in TO_A_TARGET or style is WalkStyle.WAYPOINTS:
+        column.prop(settings, "nearness")
+    if style in FACING:
+        column.prop(settings, "facing")
+        if settings.facing != "ANY":
+            column.prop(settings, "facing_tolerance")
+    if style is WalkStyle.CURVE:
+        column.prop(settings, "path_curve")
+        column.prop(settings, "path_width")
+    if style in WEIGHTED:
+        column.prop(settings, "weighting")
+        if settings.weighting == "CLIPS":
+            _draw_weights(layout, scene)
+
+
+def _draw_duration(layout, settings, style: WalkStyle) -> None:
+    column = layout.column()
+    if style in ARRIVING:
+        column.prop(settings, "walk_on")
+    if style not in ARRIVING or settings.walk_on:
+        column.prop(settings, "duration")
+    # Chance decides where a walk starts that may start anywhere.
+    by_chance = style not in ARRIVING or settings.walk_on or settings.start == "RANDOM"
+    if by_chance and (style is not WalkStyle.CURVE or settings.walk_on):
+        column.prop(settings, "seed")
+
+
+def _draw_weights(layout, scene) -> None:
+    layout.template_list("WAYFARER_UL_clip_weights", "", scene.wayfarer, "clips", scene.wayfarer, "active_clip", rows=4)
+
+
+class WAYFARER_PT_walk_advanced(Sidebar, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_parent_id = "WAYFARER_PT_walk"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, settings = split_properties(self.layout), context.scene.wayfarer.walk
+        layout.column().prop(settings, "blend_duration")
+        layout.column(heading="Clean-Up").prop(settings, "hold_feet")
+        column = layout.column()
+        column.active = settings.hold_feet
+        column.prop(settings, "hold_window")
+        column.prop(settings, "hold_shift")
+        column.prop(settings, "hold_drop")
+
+
+class WAYFARER_PT_walk_quality(Sidebar, bpy.types.Panel):
+    bl_label = "Quality"
+    bl_parent_id = "WAYFARER_PT_walk"
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene.wayfarer.walk.report.is_there
+
+    def draw(self, context):
+        layout, report = split_properties(self.layout), context.scene.wayfarer.walk.report
+        rows = []
+        if report.slide_after >= 0:
+            rows += [
+                ("Feet Slide", f"{100 * report.slide_after:.1f} cm/s"),
+                ("Before Holding", f"{100 * report.slide_before:.1f} cm/s"),
+                ("In the Clips", f"{100 * report.slide_in_clips:.1f} cm/s"),
+            ]
+        if report.gap_joint:
+            rows += [("Largest Gap", f"{math.degrees(report.gap):.1f}\u00b0"), ("at", report.gap_joint)]
+        rows.append(("Root Edit", f"{100 * report.edit:.1f} cm, {math.degrees(report.turn_edit):.1f}\u00b0 per m"))
+        draw_numbers(layout, rows)
+        draw_sentences(context, layout, [report.feet], "INFO")
+        layout.label(text="Worst Frames")
+        layout.template_list("WAYFARER_UL_worst_frames", "", report, "worst", report, "active_worst", rows=4)
+
+
+class WAYFARER_PT_crowd(Sidebar, bpy.types.Panel):
+    bl_label = "Crowd"
+    bl_parent_id = "WAYFARER_PT_walk"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        scene = context.scene
+        layout, settings = split_properties(self.layout), scene.wayfarer.walk.crowd
+        column = layout.column()
+        column.prop(settings, "n_walkers")
+        column.prop(settings, "spacing")
+        column.prop(settings, "weighting")
+        if settings.weighting == "CLIPS":
+            _draw_weights(layout, scene)
+        column = layout.column()
+        column.prop(settings, "duration")
+        column.prop(settings, "seed")
+        row = layout.row(align=True)
+        row.operator("wayfarer.crowd", icon="COMMUNITY")
+        row.operator("wayfarer.remove_crowd", text="", icon="TRASH")
+        if settings.n_wanted:
+            rows = [("Walking", f"{settings.n_walking} of {settings.n_wanted}")]
+            if settings.closest > 0:
+                rows.append(("Closest", f"{settings.closest:.2f} m"))
+            draw_numbers(layout, rows)
+            draw_sentences(context, layout, settings.unserved.splitlines())
+
+
+PANELS = (WAYFARER_PT_walk, WAYFARER_PT_walk_advanced, WAYFARER_PT_walk_quality, WAYFARER_PT_crowd)

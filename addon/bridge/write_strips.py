@@ -1,0 +1,176 @@
+"""A walk as strips in the NLA editor: an action for each segment, laid end to end."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ...core.errors import WalkError
+from ...core.motion.clip import MotionClip
+from ...core.motion.kinematics import as_quaternions, as_rotation
+from .carriers import find_carriers
+from .skeleton import RigBinding, bind_rig, placement_obstacle
+from .tags import write_tags
+from .write_action import (
+    Placements,
+    at_scene_rate,
+    bone_channels,
+    carried_placements,
+    keyed_bones,
+    object_channels,
+    write_channels,
+)
+
+_PLACE_PROPERTY = "wayfarer_placement"
+"""Custom property of an armature object that strips place: where it stood before, as its 16 basis matrix entries."""
+_STASH = "[Action Stash]"
+"""Blender's own name for tracks that keep an action that would otherwise be lost."""
+
+
+def write_strips(
+    armature_object,
+    clip: MotionClip,
+    seams: Sequence[int],
+    names: Sequence[str],
+    track_name: str = "Wayfarer Walk",
+    first_frame: int = 1,
+    binding: RigBinding | None = None,
+) -> bpy.types.NlaTrack:
+    """Lay ``clip``, the motion of a walk, on a new NLA track of ``armature_object``, a strip for each segment.
+
+    Each strip has an action of its own: the blended motion between two seams, seen from where the segment starts, and
+    one key of the armature object's location and rotation, which is where that is. So whatever the strips show end to
+    end is exactly the clip, a pose can be edited in one strip alone, and a strip is moved or turned as a whole by
+    editing that key. Where the object's own keys cannot say where it stands (it is constrained, or its parent is
+    animated), the bones hold the whole way; so they do, with a key of the object on every frame, where the character's
+    actions carry it by the object.
+
+    The strips replace what lies below them, and earlier ones of the same name must be gone (:func:`remove_strips`).
+    An action assigned to the object, which would hide them, is put on a muted stash track. No action is changed.
+
+    Parameters
+    ----------
+    clip : MotionClip
+        At any frame rate; it is resampled to the scene's, and cut at the frames nearest to the seams.
+    seams : n + 1 frames of the clip
+        Where the segments start and end: the first is 0, the last the last frame.
+    names : n strings
+        What the strips and their actions are called, after a number.
+    first_frame : int
+        Frame of the scene where the first strip starts.
+
+    Raises
+    ------
+    WalkError
+        The seams are not those of the clip.
+    ClipError
+        For the reasons of :func:`.write_action.write_clip`.
+    """
+    seams = np.asarray(seams)
+    if len(seams) != len(names) + 1 or seams[0] != 0 or seams[-1] != clip.n_frames - 1 or np.any(np.diff(seams) < 1):
+        raise WalkError(
+            f"The seams do not cut the {clip.n_frames} frames of '{clip.name}' into {len(names)} strips; give those "
+            "of the walk that the motion was made of."
+        )
+    binding = binding or bind_rig(armature_object)
+    rate = clip.frame_rate
+    clip = at_scene_rate(clip)
+    cuts = np.minimum(np.rint(seams * clip.frame_rate / rate).astype(int), clip.n_frames - 1)
+    if np.any(np.diff(cuts) < 1):
+        raise WalkError("A segment of the walk is shorter than one frame of the scene; raise the scene's frame rate.")
+    # The frame of a seam belongs to both strips.
+    lengths = np.diff(cuts) + 1
+    starts = np.cumsum(lengths) - lengths
+    played = _taken(clip, np.concatenate([np.arange(a, b + 1) for a, b in pairwise(cuts)]))
+
+    carriers = find_carriers(armature_object, binding)
+    keys = carriers.object_keys
+    if not carriers.object_moves and not placement_obstacle(armature_object):
+        keys = {"location", "rotation"}
+        moving = carried_placements(binding, played, replace(carriers, object_moves=keys))
+        placements = _held(moving, np.repeat(starts, lengths))
+        of_object = object_channels(armature_object, _held(moving, starts), keys, len(starts))
+        of_object = {name: np.split(values, len(starts)) for name, values in of_object.items()}
+        armature_object[_PLACE_PROPERTY] = [float(x) for row in armature_object.matrix_basis for x in row]
+    else:
+        placements = carried_placements(binding, played, carriers)
+        of_object = object_channels(armature_object, placements, keys, played.n_frames)
+        of_object = {name: np.split(values, starts[1:]) for name, values in of_object.items()}
+    channels = bone_channels(binding, played, keyed_bones(armature_object, binding), carriers, placements)
+    pieces = {key: np.split(values, starts[1:]) for key, values in channels.items()}
+
+    animation = armature_object.animation_data_create()
+    _stash(animation)
+    track = animation.nla_tracks.new()
+    track.name = track_name
+    digits = len(str(len(names)))
+    for i, name in enumerate(names):
+        title = f"{i + 1:0{digits}d} {name}"
+        action = write_channels(
+            armature_object,
+            title,
+            {key: piece[i] for key, piece in pieces.items()},
+            {key: piece[i] for key, piece in of_object.items()},
+        )
+        write_tags(action, {tag: mask[starts[i] : starts[i] + lengths[i]] for tag, mask in played.tags.items()}, 1)
+        strip = track.strips.new(title, int(first_frame + cuts[i]), action)
+        strip.action_slot = action.slots[0]
+        strip.extrapolation = "HOLD" if i == 0 else "HOLD_FORWARD"
+    return track
+
+
+def remove_strips(armature_object, track_name: str = "Wayfarer Walk") -> int:
+    """Remove the tracks of earlier strips so named, and the actions that nobody else uses; how many strips there were.
+
+    Actions that the artist has renamed or given a fake user stay. The object goes back to where it stood before.
+    """
+    animation = armature_object.animation_data
+    tracks = [track for track in animation.nla_tracks if track.name.split(".")[0] == track_name] if animation else []
+    removed = 0
+    for track in tracks:
+        own = [strip.action for strip in track.strips if strip.action and strip.action.name.startswith(strip.name)]
+        removed += len(track.strips)
+        animation.nla_tracks.remove(track)
+        for action in own:
+            if action.users == 0:
+                bpy.data.actions.remove(action)
+    if removed and _PLACE_PROPERTY in armature_object:
+        entries = list(armature_object[_PLACE_PROPERTY])
+        armature_object.matrix_basis = Matrix([entries[i : i + 4] for i in range(0, 16, 4)])
+        del armature_object[_PLACE_PROPERTY]
+    return removed
+
+
+def _taken(clip: MotionClip, frames: np.ndarray) -> MotionClip:
+    """Some frames of a clip, one after the other."""
+    return replace(
+        clip,
+        rotations=clip.rotations[frames],
+        translations=clip.translations[frames],
+        tags={tag: np.asarray(mask)[frames] for tag, mask in clip.tags.items()},
+        heading=clip.ground_path[frames, 2],
+    )
+
+
+def _held(placements: Placements, frames: np.ndarray) -> Placements:
+    """For each entry of ``frames`` the placement on that frame."""
+    turns = as_quaternions(placements.rotation, (-1,))[frames]
+    return Placements(as_rotation(turns), placements.translation[frames], placements.scale)
+
+
+def _stash(animation) -> None:
+    """Take the assigned action off, as Blender's Stash does: onto a muted track, unless a strip plays it already."""
+    action, slot = animation.action, animation.action_slot
+    if action is None:
+        return
+    animation.action = None
+    if any(strip.action == action for track in animation.nla_tracks for strip in track.strips):
+        return
+    track = animation.nla_tracks.new()
+    track.name = _STASH
+    strip = track.strips.new(action.name, int(action.frame_range[0]), action)
+    strip.action_slot = slot
+    track.mute = track.lock = True

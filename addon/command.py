@@ -1,0 +1,305 @@
+"""The command line: ``blender scene.blend --background --command wayfarer evaluate|walk|export|study ...``.
+
+The same through the bpy module: ``python3 dev.py command scene.blend -- evaluate ...``. Standard output holds nothing
+but what was asked for; progress and whatever Blender has to say go to standard error (in Blender itself from the moment
+the command starts; say --quiet for what comes before). Nothing is saved unless ``--out`` says where. Exit codes: 0 if
+all went well, 1 with a sentence if something is wrong with the scene, 2 for a wrong command line; of a study 3 if some
+of its cases failed.
+"""
+
+import argparse
+import contextlib
+import json
+import math
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.errors import MotionGraphError
+from ..core.evaluation.goals import goal_at
+from ..core.evaluation.variability import floor_variability_steps
+from ..core.playback.directed import walk_through_steps
+from ..core.playback.walk import nearest_node, random_node
+from ..core.playback.wandering import wandering_walk_steps
+from .advice import clip_advice, embedding_advice, environment_advice
+from .command_output import Aloud, clean_output, finish_aloud, say, summary_lines
+from .command_scene import CommandError, choose_character, find_scene, open_blend
+from .engine_folder import write_engine_folder
+from .overrides import apply_override
+from .state import embedding_is_stale, graph_is_stale, results
+from .study import add_study_options, run_study
+from .walks.baking import bake_motion
+from .walks.motion import motion_steps, read_motion_request
+from .workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
+
+NAME = "wayfarer"
+
+
+# ----------------------------------------------------------------------------------------------- commands
+
+
+def evaluate(options: argparse.Namespace, scene) -> dict:
+    """How well the character gets around in the scene."""
+    _embed(scene)
+    embedding = results(scene).embedding
+    ways = finish_aloud(floor_variability_steps(embedding))
+    covered = ways[ways > 0]
+    return {
+        "variability": {
+            "total": int(ways.sum()),
+            "mean": float(covered.mean()) if covered.size else 0.0,
+            "median": float(np.median(covered)) if covered.size else 0.0,
+            "highest": int(ways.max()),
+        }
+    }
+
+
+def walk(options: argparse.Namespace, scene) -> dict:
+    """Let the character walk, and bake the walk into an action."""
+    settings = scene.wayfarer.walk
+    if options.duration is not None:
+        settings.duration = options.duration
+    if options.seed is not None:
+        settings.seed = options.seed
+    _embed(scene)
+    embedding, rng = results(scene).embedding, np.random.default_rng(settings.seed)
+    if embedding.n_nodes == 0:
+        raise CommandError(embedding_advice(scene)[0] + ".")
+    start = nearest_node(embedding, options.start, rng) if options.start else None
+    if options.to:
+        whence = start if start is not None else random_node(embedding, rng)
+        made = finish_aloud(walk_through_steps(embedding, whence, [goal_at(embedding, tuple(options.to))]))
+    else:
+        made = finish_aloud(wandering_walk_steps(embedding, rng, settings.duration, start))
+    action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene))))
+    path = made.root_path
+    return {
+        "walk": {
+            "action": action.name,
+            "seconds": made.duration,
+            "metres": results(scene).summary["walk_length"],
+            "segments": len(made),
+            "from": path[0, :2].tolist(),
+            "to": path[-1, :2].tolist(),
+            "frames": [scene.frame_start, scene.frame_end],
+        }
+    }
+
+
+def export(options: argparse.Namespace, scene) -> dict:
+    """Write the embedding and the clips for engines."""
+    _embed(scene)
+    say("Writing files")
+    written = write_engine_folder(scene, results(scene).embedding, options.folder.resolve(), not options.no_clips)
+    return {"export": {"folder": str(options.folder.resolve()), "files": written}}
+
+
+def _embed(scene) -> None:
+    """Motion graph and embedding as the scene asks for now; those that were saved with it are used if they fit."""
+    settings = scene.wayfarer
+    if settings.character is not None and not settings.clips:
+        settings.refresh_clips()
+    if not settings.environment.has_ground:
+        raise CommandError(
+            "The scene has no ground; choose a ground or obstacles in the Wayfarer tab, or with --set ground=OBJECT."
+        )
+    if results(scene).graph is None or graph_is_stale(scene):
+        keep_built(scene, built := finish_aloud(build_graph_steps(scene)))
+        for name, reason in built.problems:
+            say(f"Left out '{name}': {reason}")
+    if results(scene).embedding is None or embedding_is_stale(scene):
+        keep_embedded(scene, finish_aloud(embed_scene_steps(scene, bpy.context.evaluated_depsgraph_get())))
+
+
+def _numbers(scene) -> dict:
+    """What every command tells about the scene."""
+    found, settings = results(scene), scene.wayfarer
+    graph, embedding, summary = found.graph, found.embedding, found.summary
+    environment = embedding.environment
+    cell = environment.grid.cell_size**2
+    free, covered = environment.free_cells(), embedding.covered().any(axis=2)
+    return {
+        "file": bpy.data.filepath,
+        "scene": scene.name,
+        "character": settings.character.name,
+        "graph": {
+            "clips": summary["clips"],
+            "clips_played": summary["clips_played"],
+            "segments": len(graph.segments),
+            "links": len(graph.links),
+            "max_cost": None if math.isnan(graph.max_cost) else float(graph.max_cost),
+            "motion_seconds": summary["motion_seconds"],
+            "dropped_seconds": summary["dropped_seconds"],
+        },
+        "embedding": {
+            "cells": list(environment.grid.shape[:2]),
+            "headings": environment.grid.n_headings,
+            "cell_size": environment.grid.cell_size,
+            "nodes": embedding.n_nodes,
+            "links": embedding.n_links,
+        },
+        "coverage": {
+            "share": summary["coverage"],
+            "square_metres": float((covered & free).sum() * cell),
+            "free_square_metres": float(free.sum() * cell),
+        },
+    }
+
+
+def _warnings(scene) -> list[str]:
+    sentences = [*clip_advice(scene), *environment_advice(scene), *embedding_advice(scene)]
+    if results(scene).problem:
+        sentences.append(results(scene).problem)
+    return [f"{sentence}." for sentence in sentences]
+
+
+# ------------------------------------------------------------------------------------------- command line
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=NAME,
+        description="Where can the character go in this scene, and in how many ways?",
+        epilog="Exit codes: 0 if all went well, 1 if something is wrong with the scene, 2 for a wrong command line.",
+    )
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--scene", metavar="NAME", help="default: the scene that was open when the file was saved")
+    common.add_argument("--character", metavar="NAME", help="armature object; default: the one chosen in the scene")
+    common.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="overrides",
+        help="another value for a setting, such as cell_size=0.1, environment.radius=0.3, tiled=yes; several times",
+    )
+    common.add_argument("--json", metavar="FILE", help="write all numbers to this file; - for standard output")
+    common.add_argument("--out", metavar="FILE", type=Path, help="save the scene with its results as this .blend")
+    common.add_argument("--quiet", action="store_true", help="no progress on standard error")
+
+    command = commands.add_parser("evaluate", parents=[common], help="coverage, variability, numbers of the embedding")
+    command.set_defaults(work=evaluate)
+    command = commands.add_parser("walk", parents=[common], help="let the character walk, and bake the walk")
+    command.set_defaults(work=walk)
+    command.add_argument("--duration", metavar="SECONDS", type=_positive, help="how long to walk at least")
+    command.add_argument("--seed", metavar="N", type=_natural, help="another number, another walk")
+    place = {"metavar": ("X", "Y"), "nargs": 2, "type": _coordinate}
+    command.add_argument("--from", **place, dest="start", help="where to start (m); default: anywhere")
+    command.add_argument("--to", **place, help="walk there (m) the quickest way, instead of wandering for a time")
+    command = commands.add_parser("export", parents=[common], help="embedding and clips for engines")
+    command.set_defaults(work=export)
+    command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")
+    command.add_argument("--no-clips", action="store_true", help="only the embedding, without clips.glb")
+    command = commands.add_parser("study", help="many scenes, clip sets and settings, on all cores or on a cluster")
+    add_study_options(command)
+    return parser
+
+
+def _positive(text: str) -> float:
+    value = _coordinate(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"{text} is not more than 0")
+    return value
+
+
+def _natural(text: str) -> int:
+    if not text.isdecimal() or int(text) > 2**31 - 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 0 to {2**31 - 1}")
+    return int(text)
+
+
+def _coordinate(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number")
+    return value
+
+
+def run(arguments: list[str], blend: Path | None = None) -> int:
+    """Run one command on the open file, or on the file ``blend``; returns the exit code."""
+    with clean_output() as out:
+        try:
+            # Help is asked for, too.
+            with contextlib.redirect_stdout(out):
+                options = _parser().parse_args(arguments)
+        except SystemExit as end:
+            return end.code if isinstance(end.code, int) else 2
+        try:
+            # Operators tell what they have to say through Python's standard output.
+            with contextlib.redirect_stdout(sys.stderr):
+                return run_study(options, out) if options.command == "study" else _run(options, blend, out)
+        except (CommandError, MotionGraphError) as error:
+            sentence = str(error)
+        except OSError as error:
+            sentence = f"'{error.filename}' cannot be written: {error.strerror}."
+        print(f"{NAME}: {sentence}", file=sys.stderr, flush=True)
+        return 1
+
+
+def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
+    Aloud.shown = not options.quiet
+    started = time.perf_counter()
+    if blend is not None:
+        open_blend(blend)
+    scene = find_scene(options.scene)
+    with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        _prepare(options, scene)
+        special = options.work(options, scene)
+        numbers = {"command": options.command, **_numbers(scene), **special, "warnings": _warnings(scene)}
+        if options.out is not None:
+            numbers["saved"] = _save(options.out)
+    numbers["seconds"] = round(time.perf_counter() - started, 3)
+    text = json.dumps(numbers, default=float)
+    if options.json == "-":
+        print(text, file=out, flush=True)
+    else:
+        if options.json is not None:
+            Path(options.json).write_text(text + "\n", encoding="utf-8")
+        print("\n".join(summary_lines(numbers)), file=out, flush=True)
+    for warning in numbers["warnings"]:
+        print(f"Warning: {warning}", file=sys.stderr, flush=True)
+    return 0
+
+
+def _prepare(options: argparse.Namespace, scene) -> None:
+    """Choose the character and change the settings as told to."""
+    choose_character(scene, options.character)
+    for override in options.overrides:
+        problem = apply_override(scene.wayfarer, override)
+        if problem:
+            raise CommandError(problem)
+
+
+def _save(path: Path) -> str:
+    path = path.resolve()
+    if path.suffix != ".blend":
+        raise CommandError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
+    if not path.parent.is_dir():
+        raise CommandError(f"There is no folder '{path.parent}' to save in; make it first.")
+    try:
+        # A copy: relative paths follow, and what is open stays what it was.
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    except RuntimeError as error:
+        raise CommandError(f"'{path}' cannot be saved: {str(error).strip().splitlines()[-1]}") from None
+    return str(path)
+
+
+_handle = None
+
+
+def register():
+    global _handle
+    _handle = bpy.utils.register_cli_command(NAME, run)
+
+
+def unregister():
+    global _handle
+    bpy.utils.unregister_cli_command(_handle)
+    _handle = None

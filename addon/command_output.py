@@ -1,0 +1,78 @@
+"""What a command says: progress on standard error, numbers on standard output."""
+
+import contextlib
+import os
+import sys
+
+from ..core.progress import Progress, finish
+from .text import counted
+
+
+def summary_lines(numbers: dict) -> list[str]:
+    """The numbers of a command for people."""
+    graph, embedding, coverage = numbers["graph"], numbers["embedding"], numbers["coverage"]
+    lines = [
+        f"Motion graph: {counted(graph['segments'], 'segment')}, {counted(graph['links'], 'link')} from "
+        f"{graph['clips_played']} of {counted(graph['clips'], 'clip')}, {graph['motion_seconds']:.1f} s of motion",
+        f"Embedding: {counted(embedding['nodes'], 'node')}, {counted(embedding['links'], 'link')} on "
+        f"{embedding['cells'][0]} x {embedding['cells'][1]} cells x {embedding['headings']} headings",
+        f"Coverage: {coverage['share']:.1%} of the free floor, {coverage['square_metres']:.2f} of "
+        f"{coverage['free_square_metres']:.2f} m2",
+    ]
+    if "variability" in numbers:
+        ways = numbers["variability"]
+        lines.append(f"Variability: {ways['mean']:,.0f} ways on average, up to {ways['highest']:,} in a cell")
+    if "walk" in numbers:
+        made = numbers["walk"]
+        lines.append(
+            f"Walk: {made['seconds']:.1f} s, {made['metres']:.1f} m, {counted(made['segments'], 'segment')}, in the "
+            f"action '{made['action']}', frames {made['frames'][0]} to {made['frames'][1]}"
+        )
+    if "export" in numbers:
+        made = numbers["export"]
+        lines.append(f"Exported to {made['folder']}: {', '.join(made['files'])}")
+    if "saved" in numbers:
+        lines.append(f"Saved as {numbers['saved']}")
+    return lines
+
+
+class Aloud:
+    """Lines on standard error, one for each phase of the work."""
+
+    shown = True
+    kind = ""
+
+
+def say(phase: str) -> None:
+    kind = phase.split(" ")[0]
+    # "Reading walk", "Reading turn": one line tells enough.
+    if Aloud.shown and kind != Aloud.kind:
+        sys.stderr.write(f"{phase}\n")
+        sys.stderr.flush()
+    Aloud.kind = kind
+
+
+def finish_aloud(steps):
+    """Run long work to its end, telling of its phases; returns its result."""
+
+    def tell(progress: Progress) -> None:
+        say(progress.message)
+
+    return finish(steps, tell)
+
+
+@contextlib.contextmanager
+def clean_output():
+    """A file for what was asked for: what Blender prints meanwhile goes to standard error instead.
+
+    Blender prints from C, so that the file descriptor itself is turned.
+    """
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with open(kept, "w", encoding="utf-8", closefd=False) as out:
+            yield out
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,245 @@
+"""Keeping the embedding and the map of a scene up to date, a slice of work at a time."""
+
+import time
+from collections import deque
+from collections.abc import Generator
+from dataclasses import dataclass
+from statistics import median
+
+from ..core.embedding.embedding import Embedding, EmbeddingSettings, embed_steps
+from ..core.environment.environment import Environment
+from ..core.errors import MotionGraphError
+from ..core.evaluation.variability import coverage_share
+from ..core.motion.graph import MotionGraph
+from ..core.progress import Progress
+from .bridge.read_scene import ShapeMemory
+from .inputs import SceneShapes, environment_settings_fingerprint, make_environment, read_shapes
+from .render.floor import find_floor, put_on_floor
+from .render.maps import FloorMap, MapOptions, PaintedMap
+from .state import keep_embedding, keep_painted, results
+
+_ROUNDS = 3
+"""Rounds that are remembered: one that was slow for other reasons says nothing about the next."""
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What the scene asks for: the same for the same map."""
+
+    graph: int
+    settings: str
+    shapes: str
+    map_key: str
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Everything that one round of work needs; nothing of Blender's.
+
+    ``up_to_date`` is the embedding if that fits already and only the map is missing.
+    """
+
+    wanted: _Wanted
+    graph: MotionGraph
+    shapes: SceneShapes | None
+    environment: Environment
+    settings: EmbeddingSettings
+    previous: Embedding | None
+    up_to_date: Embedding | None
+    kind: FloorMap
+    options: MapOptions
+    offset: float
+
+
+class LiveEvaluation:
+    """The embedding and the map of one scene, following its changes.
+
+    Tell it of changes with :meth:`change`, and call :meth:`step` until it returns True. It holds no reference to
+    Blender's data between two calls. What it does is no step of undo.
+
+    Attributes
+    ----------
+    seconds : dict of str to float
+        How much work the phases of the last finished round were: read, environment, embed, map, paint, and count,
+        which comes after the map is shown. Time of the processor, so that a busy machine does not count.
+    error : str
+        What is wrong with the scene, if it cannot be evaluated as it is.
+    """
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+        self.error = ""
+        self._memory = ShapeMemory()
+        self._stale, self._repaint = True, False
+        self._steps: Generator[Progress, None, tuple[Embedding, PaintedMap]] | None = None
+        self._round: _Round | None = None
+        self._spent: dict[str, float] = {}
+        self._shown: tuple[_Wanted, PaintedMap] | None = None
+        self._settings = ""
+        self._latencies: deque[float] = deque(maxlen=_ROUNDS)
+
+    @property
+    def latency(self) -> float:
+        """Seconds of work from a change to the painted map, in the median of the last rounds; 0 before the first."""
+        return median(self._latencies) if self._latencies else 0.0
+
+    @property
+    def working(self) -> bool:
+        """Whether a round of work has begun and not come to its end."""
+        return self._steps is not None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there was a change that the work does not know of."""
+        return self._stale
+
+    def change(self, objects=(), restart: bool = True) -> None:
+        """Something has changed; ``objects`` are the session uids of those with another shape.
+
+        A round that has begun is given up and starts again, unless ``restart`` is False: then it comes to its end
+        first, so that the map follows while changes never cease.
+        """
+        self._memory.forget(objects)
+        self._stale = True
+        if restart:
+            self.stop()
+
+    def forget(self) -> None:
+        """Blender's data has been exchanged, by undo for example: the floor may show anything."""
+        self._memory.clear()
+        self._stale = self._repaint = True
+        self.stop()
+
+    def notice_settings(self, scene) -> bool:
+        """Whether settings differ from those that were seen last: Blender does not tell of them."""
+        seen = f"{environment_settings_fingerprint(scene)} {scene.wayfarer.map.key}"
+        seen, self._settings = self._settings, seen
+        return seen != self._settings
+
+    def stop(self) -> None:
+        """Give up the round that has begun."""
+        if self._steps is not None:
+            self._steps.close()
+            self._steps, self._stale = None, True
+
+    def step(self, scene, depsgraph, budget: float, map_only: bool = False) -> bool:
+        """Work for about ``budget`` seconds; True when the map is as the scene wants it, or cannot be.
+
+        With ``map_only`` the embedding stays as it is, whatever has changed since it was made. What is wrong with the
+        scene is told by ``error``; nothing is raised for it, and what is shown stays.
+        """
+        until = time.perf_counter() + budget
+        try:
+            if self._steps is None:
+                if not self._stale:
+                    return True
+                self._begin(scene, depsgraph, map_only)
+            while self._steps is not None:
+                try:
+                    next(self._steps)
+                except StopIteration as stop:
+                    self._steps = None
+                    self._finish(scene, *stop.value)
+                if time.perf_counter() >= until:
+                    break
+        except MotionGraphError as error:
+            self._steps, self.error = None, str(error)
+        return self._steps is None and not self._stale
+
+    def _begin(self, scene, depsgraph, map_only: bool) -> None:
+        """Gather what the scene wants, and begin to work if it is something else than it has."""
+        self._stale, self._spent = False, {}
+        found, settings = results(scene), scene.wayfarer
+        if found.graph is None or found.embedding is None:
+            self.error = "Embed the motion graph first"
+            return
+        started = time.thread_time()
+        self.notice_settings(scene)
+        made_from = found.made_from["embedding"]
+        shapes = None if map_only else read_shapes(scene, depsgraph, self._memory)
+        if shapes is None:
+            wanted = _Wanted(id(found.graph), *made_from, settings.map.key)
+        else:
+            described = environment_settings_fingerprint(scene), shapes.fingerprint
+            wanted = _Wanted(id(found.graph), *described, settings.map.key)
+        self._spent["read"] = time.thread_time() - started
+        fits = map_only or (found.embedding.graph is found.graph and made_from == (wanted.settings, wanted.shapes))
+        embedding, key = found.painted or (None, "")
+        painted = embedding is found.embedding and key == wanted.map_key and find_floor(scene) is not None
+        self.error = ""
+        if fits and painted and not self._repaint:
+            return
+        if fits and self._repaint and self._shown is not None and self._shown[0] == wanted:
+            self._paint(scene, found.embedding, self._shown[1], wanted.map_key, settings.map.offset)
+            self._repaint = False
+            return
+        started = time.thread_time()
+        environment = found.embedding.environment if fits else make_environment(scene, shapes)
+        self._spent["environment"] = time.thread_time() - started
+        self._round = _Round(
+            wanted=wanted,
+            graph=found.graph,
+            shapes=shapes,
+            environment=environment,
+            settings=settings.embedding.to_core(),
+            previous=found.whole,
+            up_to_date=found.embedding if fits else None,
+            kind=settings.map.kind,
+            options=settings.map.to_core(),
+            offset=settings.map.offset,
+        )
+        self._steps = self._work(self._round)
+
+    def _work(self, task: _Round) -> Generator[Progress, None, tuple[Embedding, PaintedMap]]:
+        embedding = task.up_to_date
+        if embedding is None:
+            steps = embed_steps(task.graph, task.environment, task.settings, task.previous)
+            embedding = yield from self._timed("embed", steps)
+        painted = yield from self._timed("map", task.kind.paint_steps(embedding, task.options))
+        return embedding, painted
+
+    def _timed(self, phase: str, steps):
+        """The same steps, with the time that they take."""
+        while True:
+            started = time.thread_time()
+            try:
+                progress = next(steps)
+            except StopIteration as stop:
+                return stop.value
+            finally:
+                self._spent[phase] = self._spent.get(phase, 0.0) + time.thread_time() - started
+            yield progress
+
+    def _finish(self, scene, embedding: Embedding, painted: PaintedMap) -> None:
+        task, self._round = self._round, None
+        found, settings = results(scene), scene.wayfarer
+        if task.up_to_date is not None:
+            still = found.embedding is task.up_to_date
+        else:
+            still = environment_settings_fingerprint(scene) == task.wanted.settings and found.graph is task.graph
+        if not still:
+            # Changed under the work, and nobody told us.
+            self._stale = True
+            return
+        started = time.thread_time()
+        if task.up_to_date is None:
+            keep_embedding(scene, embedding, task.shapes)
+        self._paint(scene, found.embedding, painted, task.wanted.map_key, task.offset)
+        self._shown = task.wanted, painted
+        self._repaint = False
+        self._spent["paint"] = time.thread_time() - started
+        self._latencies.append(sum(self._spent.values()))
+        started = time.thread_time()
+        if task.up_to_date is None:
+            # Only now: the map does not depend on it.
+            found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
+        self._spent["count"] = time.thread_time() - started
+        self.seconds = self._spent
+        if settings.map.key != task.wanted.map_key:
+            self._stale = True
+
+    def _paint(self, scene, embedding: Embedding, painted: PaintedMap, key: str, offset: float) -> None:
+        found = results(scene)
+        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted)
+        keep_painted(scene, floor, embedding, key)
+        found.summary.update(painted.numbers)

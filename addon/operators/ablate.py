@@ -1,0 +1,23 @@
+"""Find out what matters."""
+
+import bpy
+
+from ...core.evaluation.ablation import Kind
+from ..findings.ablation import ablation_finding_steps
+from ..state import results
+from .asks_embedding import FindsOut
+
+
+class WAYFARER_OT_ablate(FindsOut, bpy.types.Operator):
+    bl_idname = "wayfarer.ablate"
+    bl_label = "Find What Matters"
+    bl_description = (
+        "Take away each clip, segment or tag in turn and list what the character loses without it, in square metres"
+    )
+
+    def steps(self, context):
+        kind = Kind[context.scene.wayfarer.evaluation.parts]
+        return ablation_finding_steps(results(context.scene).embedding, kind)
+
+    def summary(self, finding):
+        return finding.sentences[0].rstrip(".")

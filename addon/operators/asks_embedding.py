@@ -1,0 +1,37 @@
+"""What operators that ask questions of the embedding have in common."""
+
+from ..findings.finding import Finding, keep_finding
+from ..jobs import LongOperator
+from ..state import redraw, results
+
+_REPORTED = 4
+"""Numbers that the status bar has room for; the panel shows all of them."""
+
+
+class AsksEmbedding:
+    """Mixin: an embedding in which the character can go somewhere."""
+
+    @classmethod
+    def poll(cls, context):
+        embedding = results(context.scene).embedding
+        if embedding is None:
+            cls.poll_message_set("Embed the motion graph first")
+        elif embedding.n_nodes == 0:
+            cls.poll_message_set("The character cannot go anywhere in this scene; the embedding is empty")
+        else:
+            return True
+        return False
+
+
+class FindsOut(AsksEmbedding, LongOperator):
+    """Mixin: ``steps`` return a Finding, which is kept with the scene."""
+
+    def apply(self, context, result: Finding):
+        keep_finding(context.scene, result)
+        # Lists are drawn from it.
+        redraw()
+        self.report({"INFO"}, self.summary(result))
+
+    def summary(self, finding: Finding) -> str:
+        """What there is to report, without a full stop."""
+        return ", ".join(f"{name}: {text}" for name, text in finding.numbers[:_REPORTED])

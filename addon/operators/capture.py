@@ -1,0 +1,31 @@
+"""Ask the capture director what is missing."""
+
+import bpy
+
+from ..findings.capture import capture_finding_steps
+from ..state import results
+from .asks_embedding import FindsOut
+
+
+class WAYFARER_OT_direct_capture(FindsOut, bpy.types.Operator):
+    bl_idname = "wayfarer.direct_capture"
+    bl_label = "Find What Is Missing"
+    bl_description = (
+        "Try steps, turns and mirror images that nobody has recorded, one at a time, and list those that would open "
+        "floor or headings that the character cannot reach now"
+    )
+
+    @classmethod
+    def poll(cls, context):
+        # Also for an embedding that is empty: that is when most is missing.
+        if results(context.scene).embedding is None:
+            cls.poll_message_set("Embed the motion graph first")
+            return False
+        return True
+
+    def steps(self, context):
+        n_candidates = context.scene.wayfarer.evaluation.n_candidates
+        return capture_finding_steps(results(context.scene).whole, n_candidates)
+
+    def summary(self, finding):
+        return finding.sentences[0].rstrip(".")

@@ -1,0 +1,19 @@
+"""Find out where random walkers spend their time."""
+
+import bpy
+
+from ..findings.occupancy import occupancy_finding_steps
+from ..state import results
+from .asks_embedding import FindsOut
+
+
+class WAYFARER_OT_find_occupancy(FindsOut, bpy.types.Operator):
+    bl_idname = "wayfarer.find_occupancy"
+    bl_label = "Find Occupancy"
+    bl_description = (
+        "Where walkers that take every link with the same probability spend their time in the long run, and which "
+        "segments they play; the map Occupancy paints it"
+    )
+
+    def steps(self, context):
+        return occupancy_finding_steps(results(context.scene).embedding)

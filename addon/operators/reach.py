@@ -1,0 +1,40 @@
+"""How long it takes to get somewhere, or from there."""
+
+import bpy
+
+from ..findings.finding import keep_finding
+from ..findings.reach import reach_finding
+from ..jobs import LongOperator
+from ..query import query_steps
+from ..render.floor import put_on_floor
+from ..render.maps.query import NAME, paint_query
+from ..render.viewport import show_colors
+from ..state import keep_painted, results
+from .asks_embedding import AsksEmbedding
+
+
+class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.find_reach"
+    bl_label = "Find Times"
+    bl_description = (
+        "Find out how long it takes at least to get to the goal, or from it, paint the times on the floor and tell the "
+        "area within reach"
+    )
+
+    def steps(self, context):
+        settings = context.scene.wayfarer
+        embedding, options = results(context.scene).embedding, settings.map.to_core()
+        field = yield from query_steps(embedding, options.query)
+        return reach_finding(field, options.query), paint_query(field, options)
+
+    def apply(self, context, result):
+        finding, painted = result
+        scene, found = context.scene, results(context.scene)
+        settings, embedding = scene.wayfarer.map, finding.embedding
+        keep_finding(scene, finding)
+        settings.quantity = NAME
+        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, settings.offset, painted)
+        show_colors(context.screen, scene)
+        keep_painted(scene, floor, embedding, settings.key)
+        found.summary.update(painted.numbers)
+        self.report({"INFO"}, painted.report)

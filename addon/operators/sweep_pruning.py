@@ -1,0 +1,28 @@
+"""Draw the price of local pruning."""
+
+import bpy
+
+from ..findings.finding import PRUNING_CURVE
+from ..findings.pruning import pruning_curve_finding_steps
+from ..render.finding_charts import show_chart
+from ..render.image_editor import show_in_editor
+from ..state import results
+from .asks_embedding import FindsOut
+
+
+class WAYFARER_OT_sweep_pruning(FindsOut, bpy.types.Operator):
+    bl_idname = "wayfarer.sweep_pruning"
+    bl_label = "Sweep K"
+    bl_description = (
+        "Prune locally with every number of segments per place, and draw what is left of nodes, links and floor as an "
+        "image. The embedding stays as it is"
+    )
+
+    def steps(self, context):
+        return pruning_curve_finding_steps(results(context.scene).whole)
+
+    def apply(self, context, result):
+        super().apply(context, result)
+        image = show_chart(context.scene, PRUNING_CURVE)
+        if not show_in_editor(context, image):
+            self.report({"INFO"}, f"The chart is the image '{image.name}'; open an Image Editor to see it")

@@ -1,0 +1,66 @@
+"""Where do walks lead from a place?"""
+
+import bpy
+import numpy as np
+
+from ...core.playback.walk import nearest_node, random_walk_steps
+from ...core.playback.wandering import wandering_walk_steps
+from ...core.progress import Progress, portion
+from ..advice import start_advice
+from ..jobs import LongOperator
+from ..properties import WalkStyle
+from ..render.walk_fan import draw_walk_fan, remove_walk_fan
+from ..scene_collections import OUTPUT, ensure_collection
+from ..state import results
+from ..text import counted
+from .asks_embedding import AsksEmbedding
+
+
+class WAYFARER_OT_walks_from(AsksEmbedding, LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.walks_from"
+    bl_label = "Walks from Place"
+    bl_description = "Draw walks that start at a place as coloured curves"
+
+    location: bpy.props.FloatVectorProperty(
+        name="Location",
+        description="Where the walks start, or as near to it as possible",
+        size=2,
+        subtype="XYZ",
+        unit="LENGTH",
+        options={"SKIP_SAVE"},
+    )
+
+    def steps(self, context):
+        settings, embedding = context.scene.wayfarer.queries, results(context.scene).embedding
+        rng, place = np.random.default_rng(settings.seed), tuple(self.location)
+        n_walks, duration, style = settings.n_walks, settings.duration, WalkStyle[settings.style]
+        walking = wandering_walk_steps if style is WalkStyle.WANDER else random_walk_steps
+        walks = []
+        for number in range(n_walks):
+            yield Progress(number / n_walks, "Walking")
+            start = nearest_node(embedding, place, rng)
+            steps = walking(embedding, rng, duration, start)
+            walks.append((yield from portion(steps, number / n_walks, (number + 1) / n_walks)))
+        return walks, place
+
+    def apply(self, context, result):
+        walks, place = result
+        collection = ensure_collection(context.scene, OUTPUT)
+        draw_walk_fan([walk.root_path for walk in walks], results(context.scene).ground_height, collection)
+        advice = start_advice(place, walks[0])
+        if advice:
+            self.report({"WARNING"}, advice)
+        x, y = walks[0].root_path[0, :2]
+        self.report({"INFO"}, f"{counted(len(walks), 'walk')} of {walks[0].duration:.1f} s from {x:.1f}, {y:.1f} m")
+
+
+class WAYFARER_OT_clear_walks_from(bpy.types.Operator):
+    bl_idname = "wayfarer.clear_walks_from"
+    bl_label = "Clear Walks"
+    bl_description = "Remove the curves of the walks that start at a place"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        removed = remove_walk_fan(ensure_collection(context.scene, OUTPUT))
+        self.report({"INFO"}, f"{counted(removed, 'curve')} removed")
+        return {"FINISHED"} if removed else {"CANCELLED"}

@@ -1,0 +1,20 @@
+"""List the weak spots of the embedding."""
+
+import bpy
+
+from ..findings.weak_spots import weak_spots_finding_steps
+from ..state import results
+from .asks_embedding import FindsOut
+
+
+class WAYFARER_OT_find_weak_spots(FindsOut, bpy.types.Operator):
+    bl_idname = "wayfarer.find_weak_spots"
+    bl_label = "Find Weak Spots"
+    bl_description = (
+        "List the connected areas of free floor that the character cannot reach, or passes in few ways only, with the "
+        "reason. A click on one moves the 3D cursor there and lets the viewport look at it"
+    )
+
+    def steps(self, context):
+        settings = context.scene.wayfarer.evaluation.weak_spots()
+        return weak_spots_finding_steps(results(context.scene).embedding, settings)

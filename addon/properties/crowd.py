@@ -1,0 +1,61 @@
+"""How many walkers walk, and what came of it."""
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ...core.playback.crowd import CrowdSettings
+from .walk_weighting import WEIGHTING_ITEMS, WalkWeighting
+
+_CROWD = CrowdSettings()
+
+
+class WayfarerCrowdSettings(bpy.types.PropertyGroup):
+    """How many walkers walk at the same time, and what came of it."""
+
+    n_walkers: IntProperty(
+        name="Walkers",
+        description="How many copies of the character walk at the same time",
+        default=10,
+        min=1,
+        soft_max=100,
+        max=1000,
+        options=set(),
+    )
+    duration: FloatProperty(
+        name="Duration",
+        description="For how long they walk without meeting one another",
+        subtype="TIME_ABSOLUTE",
+        default=30.0,
+        min=0.1,
+        soft_max=600.0,
+        options=set(),
+    )
+    seed: IntProperty(name="Seed", description="Another number, another crowd", default=0, min=0, options=set())
+    spacing: FloatProperty(
+        name="Spacing",
+        description="What the roots of any two walkers keep between them at every frame",
+        subtype="DISTANCE",
+        default=2 * _CROWD.radius,
+        min=0.0,
+        soft_max=2.0,
+        options=set(),
+    )
+    weighting: EnumProperty(
+        items=WEIGHTING_ITEMS,
+        name="Prefer",
+        description="Which links walkers take more often than others",
+        default=WalkWeighting.PLACES.name,
+        options=set(),
+    )
+    n_walking: IntProperty(name="Walking", description="How many walkers got a walk", options=set())
+    n_wanted: IntProperty(name="Wanted", description="How many walkers were asked for", options=set())
+    closest: FloatProperty(
+        name="Closest",
+        description="What the two walkers that come closest have between them; 0 if there are no two",
+        subtype="DISTANCE",
+        options=set(),
+    )
+    unserved: StringProperty(name="Unserved", description="Why walkers got no walk, in lines", options=set())
+
+
+CLASSES = (WayfarerCrowdSettings,)

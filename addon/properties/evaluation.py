@@ -1,0 +1,94 @@
+"""How an embedding is evaluated."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+
+from ...core.evaluation.ablation import Kind
+from ...core.evaluation.weak_spots import Domain, WeakSpotSettings
+from .enums import enum_items
+
+_WEAK = WeakSpotSettings()
+
+
+class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
+    """How an embedding is evaluated."""
+
+    n_pairs: IntProperty(
+        name="Pairs of Places",
+        description="Pairs of places, drawn at random, between which the quickest way is compared with the shortest",
+        default=100,
+        min=1,
+        soft_max=1000,
+        options=set(),
+    )
+    seed: IntProperty(name="Seed", description="Another number, other pairs", default=0, min=0, options=set())
+    domain: EnumProperty(
+        items=enum_items(
+            {
+                Domain.FLOOR: ("Floor", "Places that are weak in all headings together"),
+                Domain.HEADINGS: ("Floor and Headings", "Also places that are passed, but never in some heading"),
+            }
+        ),
+        name="Look At",
+        description="Where weak spots are looked for",
+        default=_WEAK.domain.name,
+        options=set(),
+    )
+    few_ways: IntProperty(
+        name="Few Ways",
+        description="Variability under which a place that is reached counts as weak; with 0, only places that are not "
+        "reached do",
+        default=_WEAK.threshold,
+        min=0,
+        options=set(),
+    )
+    min_area: FloatProperty(
+        name="Smallest Area",
+        description="Area that a weak spot needs to be listed",
+        unit="AREA",
+        default=_WEAK.min_area,
+        min=0.0,
+        soft_max=5.0,
+        options=set(),
+    )
+    parts: EnumProperty(
+        items=enum_items(
+            {
+                Kind.CLIP: ("Clips", "Take away one clip at a time, with all of its segments"),
+                Kind.SEGMENT: ("Segments", "Take away one segment at a time"),
+                Kind.TAG: ("Tags", "Take away all segments with a tag, one tag at a time"),
+            }
+        ),
+        name="Without",
+        description="What is taken away at a time",
+        default=Kind.CLIP.name,
+        options=set(),
+    )
+    allowed_loss: FloatProperty(
+        name="May Cost",
+        description="Part of the covered floor that may be lost when all deletable clips are gone",
+        subtype="PERCENTAGE",
+        default=1.0,
+        min=0.0,
+        max=100.0,
+        precision=1,
+        options=set(),
+    )
+    n_candidates: IntProperty(
+        name="Motions to Try",
+        description="Steps, turns and mirror images that are tried, one at a time: the more, the longer it takes",
+        default=60,
+        min=1,
+        soft_max=200,
+        options=set(),
+    )
+    use_json: BoolProperty(name="JSON", description="Write one file with everything", default=True, options=set())
+    use_csv: BoolProperty(name="CSV", description="Write a table for each finding", default=True, options=set())
+    use_png: BoolProperty(name="PNG", description="Write charts and the painted map", default=True, options=set())
+
+    def weak_spots(self) -> WeakSpotSettings:
+        """What counts as a weak spot."""
+        return WeakSpotSettings(Domain[self.domain], self.few_ways, self.min_area)
+
+
+CLASSES = (WayfarerEvaluationSettings,)

@@ -1,0 +1,33 @@
+"""What is drawn over the viewport."""
+
+import bpy
+from bpy.props import BoolProperty, StringProperty
+
+from .floor_map import map_changed
+
+
+class WayfarerOverlaySettings(bpy.types.PropertyGroup):
+    """What is drawn over the viewport."""
+
+    show_legend: BoolProperty(
+        name="Legend",
+        description="Show in the viewport what the colours of the floor mean",
+        default=True,
+        options=set(),
+    )
+    show_environment: BoolProperty(
+        name="Show in Viewport",
+        description="Draw the ground rectangle, what obstacles block, the regions and the size of the character at the "
+        "3D cursor",
+        default=False,
+        update=map_changed,
+        options=set(),
+    )
+    place: StringProperty(
+        name="Place",
+        description="What was found out about the place that was clicked last, in lines",
+        options=set(),
+    )
+
+
+CLASSES = (WayfarerOverlaySettings,)

@@ -1,0 +1,176 @@
+"""What is asked of an embedding: how long it takes to get somewhere, and where walks lead from a place."""
+
+from enum import Enum
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
+
+from ...core.evaluation.reach import PAPER_TIMES
+from ..query import GoalKind, Query
+from .enums import enum_items
+from .floor_map import map_changed
+from .walk import WalkStyle
+
+_QUERY = Query()
+
+
+class Direction(Enum):
+    """Which way is meant."""
+
+    TO = "to"
+    FROM = "from"
+
+
+def _graph(settings):
+    # Only now, because what has been computed knows the settings.
+    from ..state import results
+
+    found = results(settings.id_data)
+    return found.embedding.graph if found.embedding is not None else None
+
+
+def _named(names, typed: str) -> list[str]:
+    return [name for name in names if typed.lower() in name.lower()]
+
+
+def _region_names(settings, context, typed: str) -> list[str]:
+    regions = settings.id_data.wayfarer.environment.regions
+    return _named([region.object.name for region in regions if region.object is not None], typed)
+
+
+def _tags(settings, context, typed: str) -> list[str]:
+    graph = _graph(settings)
+    return _named(sorted({tag for segment in graph.segments for tag in segment.tags}) if graph else [], typed)
+
+
+def _clips(settings, context, typed: str) -> list[str]:
+    graph = _graph(settings)
+    if graph is None:
+        return []
+    played = sorted({segment.clip for segment in graph.segments})
+    return _named([graph.clips[clip].name for clip in played if clip < len(graph.clips)], typed)
+
+
+class WayfarerQuerySettings(bpy.types.PropertyGroup):
+    """What is asked of an embedding."""
+
+    direction: EnumProperty(
+        items=enum_items(
+            {
+                Direction.TO: ("To", "How long it takes from everywhere to get there"),
+                Direction.FROM: ("From", "How long it takes from there to get everywhere"),
+            }
+        ),
+        name="Direction",
+        description="Which way is meant",
+        default=Direction.TO.name,
+        update=map_changed,
+        options=set(),
+    )
+    goal: EnumProperty(
+        items=enum_items(
+            {
+                GoalKind.CURSOR: ("3D Cursor", "The place of the 3D cursor"),
+                GoalKind.OBJECT: ("Object", "The place of an object, such as an empty"),
+                GoalKind.REGION: ("Region", "Everywhere in a region of the environment"),
+                GoalKind.TAG: ("Tag", "Right after doing something that carries a tag, such as a jump"),
+                GoalKind.CLIP: ("Clip", "Where a clip can begin; from it: where it has ended"),
+            }
+        ),
+        name="Goal",
+        description="What the times count to, or from",
+        default=_QUERY.kind.name,
+        update=map_changed,
+        options=set(),
+    )
+    object: PointerProperty(
+        type=bpy.types.Object,
+        name="Object",
+        description="The object whose origin is the goal",
+        update=map_changed,
+        options=set(),
+    )
+    region: StringProperty(
+        name="Region",
+        description="The object of the region that is the goal",
+        search=_region_names,
+        update=map_changed,
+        options=set(),
+    )
+    tag: StringProperty(
+        name="Tag", description="The tag that is the goal", search=_tags, update=map_changed, options=set()
+    )
+    clip: StringProperty(
+        name="Clip", description="The clip that is to begin", search=_clips, update=map_changed, options=set()
+    )
+    radius: FloatProperty(
+        name="Radius",
+        description="Who is as near to the goal as this has arrived",
+        subtype="DISTANCE",
+        default=_QUERY.radius,
+        min=0.0,
+        soft_max=3.0,
+        update=map_changed,
+        options=set(),
+    )
+    times: FloatVectorProperty(
+        name="Times",
+        description="Times for which the area within reach is told, and painted in a colour of its own",
+        size=len(PAPER_TIMES),
+        unit="TIME_ABSOLUTE",
+        default=PAPER_TIMES,
+        min=0.0,
+        soft_max=60.0,
+        update=map_changed,
+        options=set(),
+    )
+    n_walks: IntProperty(
+        name="Walks", description="How many walks start at the place", default=12, min=1, soft_max=100, options=set()
+    )
+    duration: FloatProperty(
+        name="Duration",
+        description="How long each walk lasts at least; it ends with a whole segment",
+        subtype="TIME_ABSOLUTE",
+        default=7.0,
+        min=0.1,
+        soft_max=60.0,
+        options=set(),
+    )
+    style: EnumProperty(
+        items=enum_items(
+            {
+                WalkStyle.WANDER: ("Wander", "From place to place, all parts of the floor alike"),
+                WalkStyle.RANDOM: ("Random Links", "Every link is equally likely, also those that only shuffle"),
+            }
+        ),
+        name="Style",
+        description="How the walks choose their way",
+        default=WalkStyle.WANDER.name,
+        options=set(),
+    )
+    seed: IntProperty(name="Seed", description="Another number, other walks", default=0, min=0, options=set())
+
+    def to_query(self) -> Query:
+        """The question as it is at this moment."""
+        kind, scene = GoalKind[self.goal], self.id_data
+        obj = self.object if kind is GoalKind.OBJECT else None
+        place = obj.matrix_world.translation if obj is not None else scene.cursor.location
+        names = {
+            GoalKind.CURSOR: "",
+            GoalKind.OBJECT: obj.name if obj is not None else "",
+            GoalKind.REGION: self.region,
+            GoalKind.TAG: self.tag,
+            GoalKind.CLIP: self.clip,
+        }
+        placed = kind in (GoalKind.CURSOR, GoalKind.OBJECT)
+        return Query(
+            kind=kind,
+            name=names[kind],
+            place=(float(place[0]), float(place[1])) if placed else (0.0, 0.0),
+            radius=self.radius if placed else 0.0,
+            forwards=self.direction == Direction.FROM.name,
+            times=tuple(sorted({round(time, 4) for time in self.times})),
+        )
+
+
+CLASSES = (WayfarerQuerySettings,)

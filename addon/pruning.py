@@ -1,0 +1,116 @@
+"""Pruned embeddings: made in one of three ways, and what they cost against the whole one."""
+
+from collections.abc import Generator
+from dataclasses import asdict, dataclass
+from enum import Enum
+
+from ..core.embedding.embedding import Embedding, with_nodes
+from ..core.errors import EmbeddingError
+from ..core.evaluation.extent import Extent, extent
+from ..core.progress import Progress, portion
+from ..core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
+from ..core.tuning.global_pruning import prune_global_steps
+from ..core.tuning.local_pruning import prune_local_steps
+from .text import counted
+
+
+class PruningMethod(Enum):
+    """How an embedding is made smaller."""
+
+    LOCAL = "local"
+    GLOBAL = "global"
+    BUDGET = "budget"
+
+
+@dataclass(frozen=True)
+class PruningSettings:
+    """How an embedding is to be pruned; only what the method needs counts.
+
+    Attributes
+    ----------
+    method : PruningMethod
+    k : int
+        Segments kept at each place.
+    n_segments : int
+        Segments kept of the motion graph.
+    budget : BudgetSettings
+    """
+
+    method: PruningMethod
+    k: int
+    n_segments: int
+    budget: BudgetSettings
+
+    @property
+    def words(self) -> str:
+        """ "5 segments at each place"."""
+        if self.method is PruningMethod.LOCAL:
+            return f"{counted(self.k, 'segment')} at each place"
+        if self.method is PruningMethod.GLOBAL:
+            return f"{counted(self.n_segments, 'segment')} in all"
+        if self.budget.limit is Limit.LINKS:
+            return f"At most {counted(self.budget.budget, 'link')}"
+        return f"At most {self.budget.budget / 1e6:.2f} MB"
+
+
+@dataclass(frozen=True)
+class Pruning:
+    """An embedding and what pruning made of it.
+
+    Attributes
+    ----------
+    whole, pruned : Embedding
+        The same one twice if nothing had to go.
+    before, after : Extent
+    words : str
+        How it was pruned.
+    sentences : tuple of str
+        What there is to say.
+    met : bool
+        Whether the budget, if there was one, is kept.
+    """
+
+    whole: Embedding
+    pruned: Embedding
+    before: Extent
+    after: Extent
+    words: str
+    sentences: tuple[str, ...] = ()
+    met: bool = True
+
+
+def prune_steps(whole: Embedding, settings: PruningSettings) -> Generator[Progress, None, Pruning]:
+    """Prune an embedding; TuningError if the settings leave nothing to keep."""
+    sentences, met = (), True
+    if settings.method is PruningMethod.LOCAL:
+        pruned = yield from portion(prune_local_steps(whole, settings.k), 0.0, 0.9)
+    elif settings.method is PruningMethod.GLOBAL:
+        found = yield from portion(prune_global_steps(whole, settings.n_segments), 0.0, 0.9)
+        pruned = found.embedding
+        sentences = tuple(
+            f"Without '{drop.name}', too, {drop.coverage:.1%} of the free floor is covered." for drop in found.dropped
+        )
+    else:
+        budgeted = yield from portion(prune_to_budget_steps(whole, settings.budget), 0.0, 0.9)
+        pruned, met, sentences = budgeted.embedding, budgeted.met, (budgeted.describe(),)
+    if pruned.planes == whole.planes:
+        pruned = whole
+    yield Progress(0.9, "Counting links")
+    return Pruning(whole, pruned, extent(whole), extent(pruned), settings.words, sentences, met)
+
+
+def pruning_to_plain(pruning: Pruning) -> dict:
+    """Everything but the embeddings, for a file."""
+    sizes = {"before": asdict(pruning.before), "after": asdict(pruning.after)}
+    return {**sizes, "words": pruning.words, "sentences": pruning.sentences, "met": pruning.met}
+
+
+def pruning_from_plain(plain: dict, whole: Embedding, planes: tuple[int, ...]) -> Pruning:
+    """What :func:`pruning_to_plain` wrote, with the pruned embedding's planes; EmbeddingError if they do not fit."""
+    if len(planes) != len(whole.planes) or any(a & ~b for a, b in zip(planes, whole.planes, strict=True)):
+        raise EmbeddingError("the pruned embedding is no part of the whole one.")
+    # Of the same network, so that its links are not kept twice.
+    pruned = with_nodes(whole, whole.network.bundles(list(planes)))
+    before, after = Extent(**plain["before"]), Extent(**plain["after"])
+    sentences = tuple(str(sentence) for sentence in plain["sentences"])
+    return Pruning(whole, pruned, before, after, str(plain["words"]), sentences, bool(plain["met"]))

@@ -1,0 +1,80 @@
+"""What the colours of a painted floor mean: kept with the floor, shown in the panel and in the viewport."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+
+SRGB = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ColorBar:
+    """A scale from the least to the most.
+
+    Attributes
+    ----------
+    stops : tuple of sRGB colours, evenly spaced
+    ticks : tuple of (position from 0 to 1, text)
+    """
+
+    stops: tuple[SRGB, ...]
+    ticks: tuple[tuple[float, str], ...]
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """A single colour (sRGB), what it stands for, and how much of it there is ("12%"; empty if nobody counted)."""
+
+    color: SRGB
+    text: str
+    value: str = ""
+
+
+@dataclass(frozen=True)
+class MapLegend:
+    """The legend of a painted floor.
+
+    Attributes
+    ----------
+    title : str
+    unit : str
+        Of what the bar shows; empty if it has none.
+    bar : ColorBar or None
+    swatches : tuple of Swatch
+    numbers : tuple of (name, text)
+        What else there is to say, for the panel.
+    """
+
+    title: str
+    unit: str = ""
+    bar: ColorBar | None = None
+    swatches: tuple[Swatch, ...] = ()
+    numbers: tuple[tuple[str, str], ...] = ()
+
+    def to_json(self) -> str:
+        """As text, to be kept with an object."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> "MapLegend":
+        """What :meth:`to_json` wrote; ValueError, KeyError or TypeError for anything else."""
+        read = json.loads(text)
+        bar = read["bar"]
+        return cls(
+            title=str(read["title"]),
+            unit=str(read["unit"]),
+            bar=bar
+            and ColorBar(
+                tuple(_color(stop) for stop in bar["stops"]),
+                tuple((float(at), str(text)) for at, text in bar["ticks"]),
+            ),
+            swatches=tuple(Swatch(_color(s["color"]), str(s["text"]), str(s["value"])) for s in read["swatches"]),
+            numbers=tuple((str(name), str(value)) for name, value in read["numbers"]),
+        )
+
+    def without_numbers(self) -> "MapLegend":
+        return replace(self, numbers=())
+
+
+def _color(values) -> SRGB:
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue

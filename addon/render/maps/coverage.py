@@ -1,0 +1,33 @@
+"""Where the character can pass: in how many headings, or by how many segments in one heading."""
+
+from collections.abc import Generator
+
+from ....core.embedding.embedding import Embedding
+from ....core.evaluation.variability import coverage
+from ....core.progress import Progress
+from .amounts import paint_amounts
+from .floor_map import FloorMap, MapOptions, PaintedMap, heading_words
+
+
+def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
+    yield Progress(0.0, "Counting headings")
+    heading = options.heading_index(embedding)
+    if heading is None:
+        values, unit = coverage(embedding).sum(axis=2), "headings"
+    else:
+        unpack, n_headings = embedding.unrolling.layout.unpack, embedding.shape[2]
+        values, unit = sum(unpack(plane).astype(int) for plane in embedding.planes[heading::n_headings]), "segments"
+    title = f"Coverage{heading_words(embedding, heading)}"
+    return paint_amounts(embedding, options, values, title, unit, "Cannot Go Here")
+
+
+MAPS = (
+    FloorMap(
+        name="COVERAGE",
+        number=1,
+        label="Coverage",
+        description="In how many headings the character can pass through a cell",
+        paint_steps=_steps,
+        heeds=frozenset({"palette", "heading"}),
+    ),
+)

@@ -1,0 +1,40 @@
+"""How long it takes to get to a place from everywhere (paper, section 4.1.2 and Fig. 8)."""
+
+from collections.abc import Generator
+
+from ....core.embedding.embedding import Embedding
+from ....core.evaluation.goals import goal_at
+from ....core.evaluation.reach import PAPER_TIMES, time_to_reach_steps
+from ....core.progress import Progress
+from .floor_map import FloorMap, MapOptions, PaintedMap
+from .times import paint_times
+
+GOAL_RADIUS = 0.25
+"""Metres around the goal within which the character has arrived."""
+
+
+def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
+    field = yield from time_to_reach_steps(embedding, goal_at(embedding, options.goal, GOAL_RADIUS))
+    areas = field.areas()
+    return paint_times(
+        embedding,
+        options,
+        field.floor(),
+        title="Time to Reach",
+        missing="Cannot Come From Here",
+        limits=PAPER_TIMES if options.bands else (),
+        numbers=tuple((f"Within {time:g} s", f"{area:.1f} m²") for time, area in zip(PAPER_TIMES, areas, strict=True)),
+        report=f"The goal is reached within {PAPER_TIMES[0]:g} s from {areas[0]:.1f} m²",
+    )
+
+
+MAPS = (
+    FloorMap(
+        name="REACH",
+        number=4,
+        label="Time to Reach",
+        description="How long it takes to get to a place from everywhere, in the best heading",
+        paint_steps=_steps,
+        heeds=frozenset({"palette", "goal", "bands"}),
+    ),
+)

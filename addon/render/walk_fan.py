@@ -1,0 +1,50 @@
+"""Walks that start at one place, as curves in colours that everybody can tell apart."""
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from .walk_curve import lay_tube, walk_material
+
+NAME = "Wayfarer Walk from Here"
+_PROPERTY = "wayfarer_walk_from"
+
+# sRGB, Okabe and Ito's palette without black, and without the green of the baked walk.
+COLORS = (
+    (0.90, 0.62, 0.00),
+    (0.34, 0.71, 0.91),
+    (0.94, 0.89, 0.26),
+    (0.00, 0.45, 0.70),
+    (0.84, 0.37, 0.00),
+    (0.80, 0.47, 0.65),
+)
+
+
+def draw_walk_fan(paths: Sequence[np.ndarray], ground_height: float, collection) -> list[bpy.types.Object]:
+    """One curve object in ``collection`` for each of some (F, 3) paths x, y (m), heading; earlier ones are removed."""
+    remove_walk_fan(collection)
+    made = []
+    for number, path in enumerate(paths):
+        color = number % len(COLORS)
+        curve = bpy.data.curves.new(NAME, "CURVE")
+        curve.materials.append(walk_material(f"{NAME} {color + 1}", COLORS[color]))
+        lay_tube(curve, path, ground_height)
+        obj = bpy.data.objects.new(NAME, curve)
+        obj[_PROPERTY] = number
+        collection.objects.link(obj)
+        made.append(obj)
+    return made
+
+
+def walk_fan(collection) -> list[bpy.types.Object]:
+    """The curves of :func:`draw_walk_fan`, whatever they are called now."""
+    return [obj for obj in collection.objects if _PROPERTY in obj and obj.type == "CURVE"]
+
+
+def remove_walk_fan(collection) -> int:
+    """Remove the curves of :func:`draw_walk_fan`; returns how many there were."""
+    curves = [obj.data for obj in walk_fan(collection)]
+    bpy.data.batch_remove(walk_fan(collection))
+    bpy.data.batch_remove([curve for curve in curves if curve.users == 0])
+    return len(curves)

@@ -1,0 +1,57 @@
+"""What a part of the reproduction gives to the report: figures, numbers, and comparisons with the paper."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...core.report.drawing import Drawing
+from ...core.report.page import Section
+
+PAPER = "Reitsma & Pollard, CS-04-04 (2004)"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One of the paper's numbers beside ours.
+
+    Attributes
+    ----------
+    what, paper, ours : str
+    why : str
+        A word on the difference.
+    """
+
+    what: str
+    paper: str
+    ours: str
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a part of the reproduction found.
+
+    Attributes
+    ----------
+    section : Section
+    figures : dict of str to Drawing
+        By the name of a file.
+    numbers : dict of plain values
+    comparisons : tuple of Comparison
+    """
+
+    section: Section
+    figures: dict[str, Drawing] = field(default_factory=dict)
+    numbers: dict[str, Any] = field(default_factory=dict)
+    comparisons: tuple[Comparison, ...] = ()
+
+
+def thousands(value: float) -> str:
+    """A count as the paper writes it: "198 k", "1.47 M"."""
+    if value >= 999_500:
+        return f"{value / 1e6:.3g} M"
+    return f"{value / 1e3:.3g} k" if value >= 1000 else f"{value:.0f}"
+
+
+def size_of(embedding) -> str:
+    """Nodes and links: "198 k / 1.47 M"."""
+    return f"{thousands(embedding.n_nodes)} / {thousands(embedding.n_links)}"

@@ -1,0 +1,86 @@
+"""Sample scenes as .blend files: written by make_scenes.py, appended by the add-on."""
+
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import SceneError
+from ..scene_collections import OBSTACLES, REGIONS, ROOM, ensure_collection
+from .layouts import SceneLayout
+from .scene_objects import SAMPLE_PROPERTY, add_scene_objects, configure
+
+SCENES = Path(__file__).resolve().parents[2] / "assets" / "scenes"
+_COLLECTIONS = (ROOM, OBSTACLES, REGIONS)
+
+
+def write_scene_file(folder: Path, layout: SceneLayout) -> Path:
+    """Save a scene as a .blend file of its own; the file that is open is lost."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    scene = bpy.context.scene
+    scene.name = layout.label
+    collections = [ensure_collection(scene, name) for name in _COLLECTIONS]
+    add_scene_objects(layout, *collections)
+    configure(scene.wayfarer.environment, *collections)
+    path = folder / layout.file_name
+    bpy.context.preferences.filepaths.save_version = 0
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
+    return path
+
+
+def append_scene_file(scene, path: Path) -> None:
+    """Bring a sample scene into this one and use it as the environment; a sample scene that was there is removed.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, or holds no sample scene.
+    """
+    # Looked at before anything is removed, and removed before anything comes, so that names are free.
+    try:
+        with bpy.data.libraries.load(str(path), link=False) as (there, _):
+            is_sample = all(name in there.collections for name in _COLLECTIONS)
+    except OSError as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise SceneError(f"'{path.name}' cannot be read: {reason}; install the extension anew.") from None
+    if not is_sample:
+        raise SceneError(f"'{path.name}' holds no sample scene; install the extension anew.")
+    collections = [ensure_collection(scene, name) for name in _COLLECTIONS]
+    for collection in collections:
+        _remove_sample(collection)
+    with bpy.data.libraries.load(str(path), link=False) as (_, here):
+        here.collections = list(_COLLECTIONS)
+    for loaded, collection in zip(here.collections, collections, strict=True):
+        for obj in list(loaded.objects):
+            collection.objects.link(obj)
+            _share_materials(obj)
+        bpy.data.collections.remove(loaded)
+    _forget_file(path)
+    configure(scene.wayfarer.environment, *collections)
+
+
+def _forget_file(path: Path) -> None:
+    """Remove what Blender keeps of a file from which things were appended, unless something is linked from it."""
+    for library in list(bpy.data.libraries):
+        if Path(bpy.path.abspath(library.filepath)) == path and not library.users_id:
+            bpy.data.libraries.remove(library)
+
+
+def _remove_sample(collection) -> None:
+    """Remove the objects of a sample scene from a collection; what the artist put there stays."""
+    for obj in [obj for obj in collection.objects if SAMPLE_PROPERTY in obj]:
+        mesh = obj.data
+        bpy.data.objects.remove(obj)
+        if mesh.users == 0:
+            bpy.data.meshes.remove(mesh)
+
+
+def _share_materials(obj) -> None:
+    """Use the materials of the same name that were there already."""
+    for slot in obj.material_slots:
+        brought = slot.material
+        name, _, number = brought.name.rpartition(".")
+        known = bpy.data.materials.get(name) if number.isdigit() else None
+        if known is not None:
+            slot.material = known
+            if brought.users == 0:
+                bpy.data.materials.remove(brought)

@@ -1,0 +1,20 @@
+"""The report of a scene: what is asked, and put into words for its reader."""
+
+import contextlib
+from collections.abc import Generator
+
+from ..core.errors import EvaluationError
+from ..core.progress import Progress
+from ..core.report.scene_report import Goal, ReportOptions, SceneReport, examine_scene_steps
+from .query import query_nodes
+from .state import results
+
+
+def scene_report_steps(scene, thorough: bool) -> Generator[Progress, None, SceneReport]:
+    """Examine the scene's embedding; times count to what the panel Queries asks for, if that can be reached."""
+    embedding, query = results(scene).embedding, scene.wayfarer.queries.to_query()
+    goal = None
+    with contextlib.suppress(EvaluationError):
+        goal = Goal(query.words, query_nodes(embedding, query))
+    options = ReportOptions(scene.name, thorough=thorough, goal=goal, seed=scene.wayfarer.evaluation.seed)
+    return (yield from examine_scene_steps(embedding, options))

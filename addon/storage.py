@@ -1,0 +1,251 @@
+"""Results in the .blend file, so that work goes on where it was left when the file is opened again.
+
+They lie in the file only, never in the open scene: when a file is being saved they are written, compressed, into a
+custom property of their scene, which is removed again as soon as the file is complete; when a file has been read, the
+property is taken out of the scene and its bytes wait until somebody asks for the results. So they cost undo nothing,
+are not copied with the scene, and come along when it is appended or linked.
+
+What cannot be read, because it is damaged or of a later version, is left out with a sentence; nothing in it is ever
+executed.
+"""
+
+import json
+from dataclasses import asdict
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ..core.archive import ArchiveFormat, archive_from_bytes, archive_to_bytes, require
+from ..core.embedding.archive import embedding_from_bytes, embedding_to_bytes
+from ..core.embedding.embedding import Embedding
+from ..core.errors import MotionGraphError, WalkError
+from ..core.evaluation.why_not import LostLinks
+from ..core.motion.graph_archive import graph_from_bytes, graph_to_bytes
+from ..core.motion.graph_summary import summarize
+from ..core.playback.walk import Walk
+from .examination import ClipMotion
+from .pruning import pruning_from_plain, pruning_to_plain
+from .state import MARK, SceneResults, find_painted, find_walk, has_pending, keep_pending, played_by, results
+
+PROPERTY = "wayfarer_results"
+"""Custom property of scenes in files: a group of bytes and of one text in JSON."""
+
+_VERSION = 1
+_WALK_FORMAT = ArchiveFormat("walk", 1, WalkError)
+
+
+def keeps_results(scene) -> bool:
+    """Whether the scene's results are written into its file."""
+    return scene.wayfarer.keep_results
+
+
+# ------------------------------------------------------------------------------------------------ writing
+
+
+def encoded_results(scene) -> dict[str, bytes | str] | None:
+    """The results of a scene as they are written into the file; None if it has none."""
+    found = results(scene)
+    if found.graph is None:
+        return None
+    header = {
+        "version": _VERSION,
+        "made_from": found.made_from,
+        "made_for": [mine == now for mine, now in zip(found.made_for, played_by(scene), strict=True)],
+        "summary": found.summary,
+        "actions": found.actions,
+        "motions": {seen: [motion.distance, motion.turn] for seen, motion in found.motions.items()},
+    }
+    parts: dict[str, bytes | str] = {}
+    if found.embedding is None or found.embedding.graph is not found.graph:
+        parts["graph"] = _encoded(found, "graph", found.graph, graph_to_bytes)
+    if found.embedding is not None:
+        parts["embedding"] = _encoded(found, "embedding", found.embedding, embedding_to_bytes)
+        if found.pruning is not None:
+            parts["whole"] = _encoded(found, "whole", found.whole, embedding_to_bytes)
+            header["pruning"] = pruning_to_plain(found.pruning)
+        header["ground_height"] = found.ground_height
+        if found.lost_links is not None and found.lost_links[0] is found.embedding:
+            header["lost_links"] = asdict(found.lost_links[1])
+        floor, action = find_painted(scene), find_walk(scene)
+        if floor is not None and found.painted is not None and found.painted[0] is found.embedding:
+            header["painted"] = [floor[MARK], found.painted[1]]
+        if action is not None and found.walk is not None and found.walk.embedding is found.embedding:
+            parts["walk"] = _encoded(found, "walk", found.walk, walk_to_bytes)
+            header["walk"] = action[MARK]
+    parts["header"] = json.dumps(header, default=float)
+    return parts
+
+
+def _encoded(found: SceneResults, kind: str, value, encode) -> bytes:
+    """The bytes of a result, made once: saving again costs nothing."""
+    known = found.encoded.get(kind)
+    if known is None or known[0] is not value:
+        known = found.encoded[kind] = (value, encode(value))
+    return known[1]
+
+
+def walk_to_bytes(walk: Walk) -> bytes:
+    """The links of a walk as an .npz in memory; its embedding is not in it."""
+    arrays = {"states": np.asarray(walk.states, np.int64), "stencils": np.asarray(walk.stencils, np.int64)}
+    return archive_to_bytes(_WALK_FORMAT, {}, arrays)
+
+
+def walk_from_bytes(raw: bytes, embedding: Embedding) -> Walk:
+    """The walk of :func:`walk_to_bytes` in its embedding; WalkError if it is none."""
+
+    def build(_, arrays) -> Walk:
+        states, stencils = arrays["states"], arrays["stencils"]
+        require(states.ndim == 2 and states.shape == (len(stencils) + 1, 4) and stencils.ndim == 1)
+        known = embedding.unrolling.stencils.segment
+        require(len(stencils) > 0 and stencils.min() >= 0 and stencils.max() < len(known))
+        require(np.array_equal(known[stencils], states[1:, 3]))
+        require(states[:, 2:].min() >= 0 and np.all(states[:, 2:].max(axis=0) < embedding.shape[2:]))
+        return Walk(embedding, states, stencils)
+
+    return archive_from_bytes(_WALK_FORMAT, raw, "walk", build)
+
+
+# ------------------------------------------------------------------------------------------------ reading
+
+
+def decoded_results(scene, stored: dict[str, bytes | str], found: SceneResults) -> None:
+    """Fill in the results that a file holds for a scene; ``found.problem`` says what cannot be used."""
+    try:
+        header = json.loads(stored["header"])
+        if header["version"] > _VERSION:
+            raise WalkError("they were saved by a later version of Wayfarer; update the extension")
+        _decode(scene, stored, header, found)
+    except (MotionGraphError, LookupError, TypeError, ValueError, AttributeError) as error:
+        # Nothing by halves: what was filled in before the trouble came is of no use.
+        found.graph = found.graph_summary = found.embedding = found.walk = found.painted = None
+        found.prunings = []
+        found.problem = f"The results that were saved with this scene cannot be used: {_phrase(error)}. Compute anew"
+
+
+def _decode(scene, stored, header, found: SceneResults) -> None:
+    if "embedding" in stored:
+        found.embedding = embedding_from_bytes(stored["embedding"], "embedding")
+        if "whole" in stored:
+            whole = embedding_from_bytes(stored["whole"], "whole embedding")
+            pruning = pruning_from_plain(header["pruning"], whole, found.embedding.planes)
+            found.prunings, found.embedding = [pruning], pruning.pruned
+            found.encoded["whole"] = (whole, stored["whole"])
+        found.encoded["embedding"] = (found.embedding, stored["embedding"])
+        found.ground_height = float(header["ground_height"])
+    if "graph" in stored:
+        found.graph = graph_from_bytes(stored["graph"], "motion graph")
+        found.encoded["graph"] = (found.graph, stored["graph"])
+    else:
+        found.graph = found.embedding.graph
+    found.graph_summary = summarize(found.graph)
+    kinds = ("graph", "embedding") if found.embedding is not None else ("graph",)
+    for kind in kinds:
+        settings, data = header["made_from"][kind]
+        found.made_from[kind] = (str(settings), str(data))
+        # Until Blender's data has been looked at: nothing has changed since it was saved.
+        found.present[kind] = str(data)
+    # Session ids are of this session only; what did not fit when it was saved fits nothing.
+    character, actions = played_by(scene)
+    same_character, same_actions = header["made_for"]
+    found.made_for = (character if same_character else -1, actions if same_actions else (-1,))
+    found.summary = dict(header["summary"])
+    found.actions = {str(name): str(seen) for name, seen in header["actions"].items()}
+    found.motions = {str(seen): ClipMotion(float(far), float(turn)) for seen, (far, turn) in header["motions"].items()}
+    if "lost_links" in header:
+        found.lost_links = found.embedding, LostLinks(**header["lost_links"])
+    if "painted" in header:
+        mark, key = header["painted"]
+        found.painted = found.marked[mark] = (found.embedding, key)
+    if "walk" in header:
+        found.walk = walk_from_bytes(stored["walk"], found.embedding)
+        found.encoded["walk"] = (found.walk, stored["walk"])
+        numbers = {name: value for name, value in found.summary.items() if name.startswith("walk_")}
+        found.marked[header["walk"]] = (found.walk, numbers)
+
+
+def _phrase(error: Exception) -> str:
+    """An exception as a part of a sentence."""
+    if isinstance(error, MotionGraphError):
+        return str(error).rstrip(".")
+    return f"they are damaged ({type(error).__name__}: {error})"
+
+
+# ----------------------------------------------------------------------------------------------- handlers
+
+
+def _own_scenes():
+    return [scene for scene in bpy.data.scenes if scene.library is None]
+
+
+@persistent
+def _before_save(*_) -> None:
+    for scene in _own_scenes():
+        if PROPERTY in scene:
+            del scene[PROPERTY]
+        if not keeps_results(scene):
+            continue
+        parts = encoded_results(scene)
+        if parts is None:
+            continue
+        scene[PROPERTY] = parts
+        results(scene).stored_bytes = stored_bytes(parts)
+
+
+@persistent
+def _after_save(*_) -> None:
+    for scene in _own_scenes():
+        if PROPERTY in scene:
+            del scene[PROPERTY]
+
+
+@persistent
+def _after_load(*_) -> None:
+    """After a file was opened, and after something was appended or linked."""
+    for scene in bpy.data.scenes:
+        group = scene.get(PROPERTY)
+        if group is None:
+            continue
+        if not has_pending(scene):
+            _keep(scene, group)
+        if scene.library is None:
+            del scene[PROPERTY]
+
+
+def _keep(scene, group) -> None:
+    try:
+        stored = {str(name): group[name] for name in group.keys()}  # noqa: SIM118  (an IDPropertyGroup is no mapping)
+    except (AttributeError, TypeError):
+        stored = {}
+    uid = scene.session_uid
+
+    def read(found: SceneResults) -> None:
+        found.stored_bytes = stored_bytes(stored)
+        own = next(scene for scene in bpy.data.scenes if scene.session_uid == uid)
+        decoded_results(own, stored, found)
+
+    keep_pending(scene, read)
+
+
+def stored_bytes(parts: dict[str, bytes | str]) -> int:
+    """What parts take in the file."""
+    return sum(len(part) for part in parts.values() if isinstance(part, bytes | str))
+
+
+_HANDLERS = (
+    ("save_pre", _before_save),
+    ("save_post", _after_save),
+    ("save_post_fail", _after_save),
+    ("load_post", _after_load),
+    ("blend_import_post", _after_load),
+)
+
+
+def register():
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    for name, handler in reversed(_HANDLERS):
+        getattr(bpy.app.handlers, name).remove(handler)

@@ -1,0 +1,44 @@
+"""Lists of what was found out."""
+
+import bpy
+
+from ..findings.finding import ABLATION, ACTIONS, CAPTURE, DELETION, OCCUPANCY, WEAK_SPOTS
+
+_SHARES = {
+    ABLATION: (0.52, 0.42),
+    ACTIONS: (0.58, 0.5),
+    CAPTURE: (0.72, 1.0),
+    DELETION: (0.68, 1.0),
+    OCCUPANCY: (0.75, 1.0),
+    WEAK_SPOTS: (0.32, 0.4),
+}
+"""Shares of a row's width for the name, and of the rest for the value: a sidebar is narrow."""
+
+
+class WAYFARER_UL_findings(bpy.types.UIList):
+    """Lines with a name, a number and what to make of it."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+        name_share, value_share = _SHARES[data.name]
+        split = layout.split(factor=name_share, align=True)
+        split.label(text=item.name, icon=item.icon, translate=False)
+        if not item.note:
+            value = split.row()
+            value.alignment = "RIGHT"
+            value.label(text=item.value, translate=False)
+            return
+        rest = split.split(factor=value_share, align=True)
+        value = rest.row()
+        value.alignment = "RIGHT"
+        value.label(text=item.value, translate=False)
+        note = rest.row()
+        note.active = False
+        note.label(text=item.note, translate=False)
+
+    def filter_items(self, context, data, property_name):
+        """By name or note, in the order of importance that they have."""
+        rows, wanted = getattr(data, property_name), self.filter_name.lower()
+        if not wanted:
+            return [], []
+        shown = self.bitflag_filter_item
+        return [shown if wanted in f"{row.name} {row.note}".lower() else 0 for row in rows], []

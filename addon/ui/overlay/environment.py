@@ -1,0 +1,43 @@
+"""The environment in the viewport: ground, what is blocked, regions, and the size of the character."""
+
+import bpy
+import gpu
+from gpu_extras.batch import batch_for_shader
+
+from ...environment_view import EnvironmentView, environment_view
+from ...render.environment_lines import Lines, body_lines
+
+_WIDTH = 2.0
+"""Pixels at the interface's usual size."""
+
+_batches: dict[int, tuple[EnvironmentView, list]] = {}
+
+
+def draw_environment() -> None:
+    context = bpy.context
+    scene, space, region = context.scene, context.space_data, context.region
+    if scene is None or not space.overlay.show_overlays or not scene.wayfarer.overlay.show_environment:
+        return
+    view, settings = environment_view(scene), scene.wayfarer
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    if scene.session_uid not in _batches or _batches[scene.session_uid][0] is not view:
+        _batches.clear()
+        _batches[scene.session_uid] = view, [(_batch(shader, lines), lines.color) for lines in view.lines]
+    cursor = scene.cursor.location
+    heading = settings.map.heading if settings.map.use_heading else None
+    body = body_lines(cursor.x, cursor.y, view.ground_height, settings.environment.radius, heading)
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    try:
+        shader.uniform_float("viewportSize", (region.width, region.height))
+        shader.uniform_float("lineWidth", _WIDTH * context.preferences.system.ui_scale)
+        for batch, color in [*_batches[scene.session_uid][1], (_batch(shader, body), body.color)]:
+            shader.uniform_float("color", color)
+            batch.draw(shader)
+    finally:
+        gpu.state.depth_test_set("NONE")
+        gpu.state.blend_set("NONE")
+
+
+def _batch(shader, lines: Lines):
+    return batch_for_shader(shader, "LINES", {"pos": lines.points})

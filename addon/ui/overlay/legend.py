@@ -1,0 +1,78 @@
+"""The legend of the painted floor, in a corner of the viewport."""
+
+from itertools import pairwise
+
+import bpy
+
+from ...render.floor import find_floor, floor_legend
+from ...render.map_legend import MapLegend
+from ...render.screen_box import Box, BoxTheme, draw_box, text_width
+from ...state import has_pending, map_is_stale, results
+
+_BAR_WIDTH = 150.0
+_SWATCH = 11.0
+_FROM_EDGE = 14.0
+"""Pixels at the interface's usual size."""
+
+
+def legend_box(legend: MapLegend, scale: float, stale: bool = False) -> Box:
+    """The legend, laid out; ``stale`` if the scene has changed since the floor was painted."""
+    box = Box(scale)
+    box.text(legend.title, size=1.15)
+    if stale:
+        box.text("Out of date", warning=True)
+    if legend.bar is not None:
+        box.gap(0.15)
+        width, height = _BAR_WIDTH * scale, 12.0 * scale
+        stops = legend.bar.stops
+        for k, (left, right) in enumerate(pairwise(stops)):
+            piece = width / (len(stops) - 1)
+            box.patch(k * piece, piece, height, left, right)
+        box.gap(1.0)
+        for at, text in legend.bar.ticks:
+            # In the middle under its place, but never over the ends of the bar.
+            wide = text_width(text, 11.0 * 0.9 * scale)
+            box.text_at(text, min(max(at * width - wide / 2, 0.0), width - wide), 0.9, faint=True)
+        if legend.unit:
+            box.text_at(legend.unit, width + 8.0 * scale, 0.9, faint=True)
+        box.gap(1.0)
+    if legend.swatches:
+        box.gap(0.2)
+    values = max((text_width(s.value, 11.0 * scale) for s in legend.swatches), default=0.0)
+    names = max((text_width(s.text, 11.0 * scale) for s in legend.swatches), default=0.0)
+    for entry in legend.swatches:
+        box.patch(0.0, _SWATCH * scale, _SWATCH * scale, entry.color, framed=True)
+        start = (_SWATCH + 7.0) * scale
+        if entry.value:
+            end = start + names + 12.0 * scale + values
+            box.text_at(entry.value, end - text_width(entry.value, 11.0 * scale), faint=True)
+        box.text(entry.text, start)
+    return box.done()
+
+
+def draw_legend() -> None:
+    context = bpy.context
+    scene, space, region = context.scene, context.space_data, context.region
+    if scene is None or not space.overlay.show_overlays or not scene.wayfarer.overlay.show_legend:
+        return
+    floor = find_floor(scene)
+    if floor is None or not floor.visible_get(view_layer=context.view_layer):
+        return
+    legend = floor_legend(floor)
+    if legend is None:
+        return
+    scale = context.preferences.system.ui_scale
+    # Results that were saved are not read for this.
+    stale = not has_pending(scene) and results(scene).painted is not None and map_is_stale(scene)
+    box = legend_box(legend, scale, stale)
+    right = region.width - _covered(context.area, "UI")
+    if box.width + _FROM_EDGE * scale > right or box.height + 2 * _FROM_EDGE * scale > region.height:
+        return
+    draw_box(box, right - box.width - _FROM_EDGE * scale, _FROM_EDGE * scale, BoxTheme.of(context.preferences))
+
+
+def _covered(area, kind: str) -> float:
+    """Pixels of the viewport that lie under its sidebar."""
+    if not bpy.context.preferences.system.use_region_overlap:
+        return 0.0
+    return next((region.width for region in area.regions if region.type == kind and region.width > 1), 0.0)

@@ -1,0 +1,133 @@
+"""What a walk leaves in the scene: an action, strips or a copy of the character, a curve, markers, and its numbers."""
+
+import bpy
+import numpy as np
+
+from ...core.motion.clip import MotionClip
+from ...core.playback.walk import Walk
+from ..bridge.write_action import assign_action, write_clip
+from ..bridge.write_strips import remove_strips, write_strips
+from ..clip_actions import WALK_PROPERTY
+from ..properties.walk import WalkOutput
+from ..render.walk_curve import remove_walk_curve, walk_curve
+from ..scene_collections import OUTPUT, ensure_collection
+from ..state import keep_walk, results
+from .copies import add_copy, remove_copies
+from .motion import WALK_NAME, WalkMotion
+from .report import fill_report
+
+FIRST_FRAME = 1
+COPY_COLLECTION = "Wayfarer Copy"
+
+_MARKER = "Walk: "
+"""Start of the names of timeline markers, by which those of an earlier walk are known."""
+
+
+def bake_motion(scene, motion: WalkMotion) -> bpy.types.Action:
+    """Bake a walk's motion, see :func:`bake_walk`, and show how good it is in the panel."""
+    action = bake_walk(scene, motion.walk, motion.clip, motion.closed)
+    fill_report(scene, motion, FIRST_FRAME)
+    return action
+
+
+def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.types.Action:
+    """Bake a walk, synthesised as ``clip``, into what the scene's settings ask for, draw its path, set the timeline.
+
+    Returns its action, the first of them if there is one for each segment. Earlier walks of the character are removed,
+    but for those that the artist has use for. Nothing has changed if the motion does not fit the character.
+    """
+    found, character, settings = results(scene), scene.wayfarer.character, scene.wayfarer.walk
+    output = WalkOutput[settings.output]
+    if output is WalkOutput.STRIPS:
+        action, last_frame = _bake_strips(character, walk, clip)
+    elif output is WalkOutput.COPY:
+        action = write_clip(character, clip, WALK_NAME, FIRST_FRAME)
+        remove_copies(scene, COPY_COLLECTION)
+        action.name = WALK_NAME
+        add_copy(scene, COPY_COLLECTION, action, f"{character.name} Walk")
+        last_frame = action.frame_range[1]
+    else:
+        action = _bake_action(character, clip)
+        last_frame = action.frame_range[1]
+    if closed and output is not WalkOutput.STRIPS:
+        action.use_frame_range, action.use_cyclic = True, True
+        action.frame_start, action.frame_end = FIRST_FRAME, last_frame
+    if settings.draw_path:
+        walk_curve(walk.root_path, found.ground_height, ensure_collection(scene, OUTPUT))
+    else:
+        remove_walk_curve(scene)
+    # The last frame of a loop is the first of its next round.
+    set_timeline(scene, int(np.ceil(last_frame)) - int(closed))
+    _set_markers(scene, walk if settings.use_markers else None)
+    settings.report.clear()
+    length = float(np.linalg.norm(np.diff(walk.root_path[:, :2], axis=0), axis=1).sum())
+    found.summary.update(walk_seconds=walk.duration, walk_segments=len(walk), walk_length=length)
+    keep_walk(scene, walk, action)
+    return action
+
+
+def set_timeline(scene, last_frame: int) -> None:
+    """Play from the first frame to the last, and show the first."""
+    scene.frame_start, scene.frame_end = FIRST_FRAME, max(last_frame, FIRST_FRAME)
+    scene.frame_set(FIRST_FRAME)
+
+
+def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
+    action = write_clip(character, clip, clip.name, FIRST_FRAME)
+    if _has_strips(character):
+        # They would move the object under the action; where it stands without them is known only now.
+        remove_strips(character)
+        bpy.context.view_layer.update()
+        bpy.data.actions.remove(action)
+        action = write_clip(character, clip, clip.name, FIRST_FRAME)
+    _remove_earlier(character)
+    action.name = WALK_NAME
+    action[WALK_PROPERTY] = character.name
+    assign_action(character, action)
+    return action
+
+
+def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Action, float]:
+    # Fails here, before anything is changed, if it is going to.
+    bpy.data.actions.remove(write_clip(character, clip, clip.name, FIRST_FRAME))
+    remove_strips(character)
+    _remove_earlier(character)
+    bpy.context.view_layer.update()
+    names = [walk.embedding.graph.segments[s].name for s in walk.segments]
+    track = write_strips(character, clip, walk.seams, names, WALK_NAME, FIRST_FRAME)
+    actions = [strip.action for strip in track.strips if strip.action is not None]
+    for action in actions:
+        action[WALK_PROPERTY] = character.name
+    return actions[0], track.strips[-1].frame_end
+
+
+def _has_strips(character) -> bool:
+    tracks = character.animation_data.nla_tracks if character.animation_data else ()
+    return any(track.name.split(".")[0] == WALK_NAME for track in tracks)
+
+
+def _remove_earlier(character) -> None:
+    """Remove earlier walks of the character that nobody has use for."""
+    for action in [action for action in bpy.data.actions if action.get(WALK_PROPERTY) == character.name]:
+        if not _is_kept(action, character):
+            bpy.data.actions.remove(action)
+
+
+def _is_kept(action, character) -> bool:
+    """Whether the artist has use for an earlier walk: a fake user, another name, or users beside the character."""
+    assigned = character.animation_data is not None and character.animation_data.action == action
+    return action.use_fake_user or not action.name.startswith(WALK_NAME) or action.users > int(assigned)
+
+
+def _set_markers(scene, walk: Walk | None) -> None:
+    """Mark the seams of a walk; those of an earlier one go."""
+    for marker in [marker for marker in scene.timeline_markers if marker.name.startswith(_MARKER)]:
+        scene.timeline_markers.remove(marker)
+    if walk is None:
+        return
+    graph = walk.embedding.graph
+    frames_per_sample = scene.render.fps / scene.render.fps_base / graph.frame_rate
+    for seam, segment in zip(walk.seams[:-1], walk.segments, strict=True):
+        name = graph.clips[graph.segments[segment].clip].name
+        frame = FIRST_FRAME + round(float(seam) * frames_per_sample)
+        scene.timeline_markers.new(_MARKER + name, frame=frame)

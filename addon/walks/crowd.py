@@ -1,0 +1,134 @@
+"""A crowd of copies of the scene's character, each with a walk of its own."""
+
+import contextlib
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+from ...core.embedding.embedding import Embedding
+from ...core.errors import WalkError
+from ...core.motion.clip import MotionClip
+from ...core.playback.cleanup import clean_feet
+from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
+from ...core.playback.link_reader import Node
+from ...core.playback.synthesis import synthesize
+from ...core.playback.walk import Walk
+from ...core.progress import Progress, portion
+from ..bridge.skeleton import bind_rig
+from ..bridge.write_action import write_clip
+from ..clip_actions import WALK_PROPERTY
+from ..state import results
+from .baking import FIRST_FRAME, set_timeline
+from .copies import add_copy, remove_copies, remove_if_empty
+from .motion import MotionRequest, read_motion_request
+from .request import read_weighting
+
+CROWD_COLLECTION = "Wayfarer Crowd"
+_ACTION_NAME = "Wayfarer Walker"
+_ROOM_TO_START = 1.5
+"""Times the spacing."""
+_PER_SPARE = 20
+"""Walkers for each one more that is planned, in place of one that is shut in."""
+_PLANNED = 0.2
+"""Share of the work after which all walks are planned."""
+
+
+@dataclass(frozen=True)
+class BakedCrowd:
+    """A crowd, and by name the actions of its walks, which nobody plays yet."""
+
+    crowd: Crowd
+    n_wanted: int
+    actions: tuple[str, ...]
+
+
+def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
+    """Plan the walks that the scene asks for and bake each into an action; those go again if this is cancelled.
+
+    WalkError if the ground has no room for so many; ClipError if their motion does not fit the character.
+    """
+    settings = scene.wayfarer.walk.crowd
+    embedding, rng = results(scene).embedding, np.random.default_rng(settings.seed)
+    n_walkers, duration, spacing = settings.n_walkers, settings.duration, settings.spacing
+    weighting, request = read_weighting(scene, settings.weighting), read_motion_request(scene)
+    character = scene.wayfarer.character.name
+    yield Progress(0.0, "Placing walkers")
+    starts = _starts(embedding, n_walkers, rng, spacing)
+    planned = crowd_steps(embedding, starts, duration, rng, CrowdSettings(spacing / 2, weighting))
+    crowd = _without_spares((yield from portion(planned, 0.0, _PLANNED)), n_walkers)
+    made: list[str] = []
+    try:
+        binding = bind_rig(bpy.data.objects[character])
+        for number, walk in enumerate(crowd.walks):
+            done = _PLANNED + (1 - _PLANNED) * number / len(crowd.walks)
+            yield Progress(done, f"Baking walker {number + 1} of {len(crowd.walks)}")
+            name = f"{_ACTION_NAME} {number + 1:0{len(str(n_walkers))}d}"
+            clip = _motion(walk, request, name, crowd.n_frames)
+            action = write_clip(bpy.data.objects[character], clip, name, FIRST_FRAME, binding)
+            action[WALK_PROPERTY] = character
+            made.append(action.name)
+    except BaseException:
+        # Given up, or cancelled: the actions are nobody's.
+        bpy.data.batch_remove([bpy.data.actions[name] for name in made])
+        raise
+    return BakedCrowd(crowd, n_walkers, tuple(made))
+
+
+def keep_crowd(scene, baked: BakedCrowd) -> None:
+    """Put the crowd into the scene, in place of an earlier one."""
+    remove_copies(scene, CROWD_COLLECTION)
+    crowd, settings = baked.crowd, scene.wayfarer.walk.crowd
+    for number, name in enumerate(baked.actions, 1):
+        action = bpy.data.actions[name]
+        action.name = f"{_ACTION_NAME} {number:0{len(str(baked.n_wanted))}d}"
+        add_copy(scene, CROWD_COLLECTION, action, f"{scene.wayfarer.character.name} {action.name.rpartition(' ')[2]}")
+    settings.n_walking, settings.n_wanted = len(crowd.walks), baked.n_wanted
+    settings.closest = crowd.closest if len(crowd.walks) > 1 else 0.0
+    settings.unserved = "\n".join(unserved.reason for unserved in crowd.unserved)
+    rate = scene.render.fps / scene.render.fps_base / crowd.embedding.graph.frame_rate
+    set_timeline(scene, FIRST_FRAME + round((crowd.n_frames - 1) * rate))
+
+
+def remove_crowd(scene) -> int:
+    """Remove the crowd of the scene; how many walkers it had."""
+    settings = scene.wayfarer.walk.crowd
+    for name in ("n_walking", "n_wanted", "closest", "unserved"):
+        settings.property_unset(name)
+    n_walkers = remove_copies(scene, CROWD_COLLECTION)
+    remove_if_empty(scene, CROWD_COLLECTION)
+    return n_walkers
+
+
+def _starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spacing: float) -> list[Node]:
+    """Where they start: if the ground has the room farther apart than they have to be, and with a few spares."""
+    with contextlib.suppress(WalkError):
+        n_spares = 1 + n_walkers // _PER_SPARE
+        return scattered_starts(embedding, n_walkers + n_spares, rng, _ROOM_TO_START * spacing)
+    return scattered_starts(embedding, n_walkers, rng, spacing)
+
+
+def _without_spares(crowd: Crowd, n_walkers: int) -> Crowd:
+    """As many walks as asked for, if there are so many: then nobody is missed."""
+    n_missing = max(n_walkers - len(crowd.walks), 0)
+    return replace(
+        crowd,
+        walkers=crowd.walkers[:n_walkers],
+        walks=crowd.walks[:n_walkers],
+        unserved=crowd.unserved[:n_missing],
+    )
+
+
+def _motion(walk: Walk, request: MotionRequest, name: str, n_frames: int) -> MotionClip:
+    """The motion of one walker, for as long as the crowd walks."""
+    clip = synthesize(walk, request.synthesis, name)
+    if request.cleanup is not None:
+        clip = clean_feet(walk, clip, request.cleanup).clip
+    return replace(
+        clip,
+        rotations=clip.rotations[:n_frames],
+        translations=clip.translations[:n_frames],
+        tags={tag: mask[:n_frames] for tag, mask in clip.tags.items()},
+        heading=clip.ground_path[:n_frames, 2],
+    )

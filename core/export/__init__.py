@@ -1,0 +1,1 @@
+"""Embeddings for other programs: game engines and crowd tools that walk and plan without this package."""

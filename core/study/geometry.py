@@ -1,0 +1,117 @@
+"""The geometry of a scene: shapes, not masks, because radius and cell size are settings of a study."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..archive import ArchiveFormat, archive_from_bytes, archive_to_bytes, load_archive, require, save_archive
+from ..embedding.footprint import FootprintRule, FootprintSettings
+from ..environment.environment import Environment, EnvironmentSettings, build_environment
+from ..environment.grid import Grid
+from ..environment.regions import Region, RegionRule
+from ..errors import StudyError
+from .settings import Value
+
+SCENE_FORMAT = ArchiveFormat("scene", 1, StudyError)
+
+
+@dataclass(frozen=True)
+class SceneGeometry:
+    """What stands in a scene, and what its settings were when it was read.
+
+    Attributes
+    ----------
+    obstacles : (T, 3, 3) float array
+        World-space triangles in metres.
+    low, high : (x, y)
+        Corners of the ground rectangle in metres.
+    regions : tuple of Region
+    body : EnvironmentSettings
+    footprint : FootprintSettings
+    cell_size : float
+        Metres.
+    n_headings : int
+    tiled : bool
+    """
+
+    obstacles: np.ndarray
+    low: tuple[float, float]
+    high: tuple[float, float]
+    regions: tuple[Region, ...] = ()
+    body: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+    footprint: FootprintSettings = field(default_factory=FootprintSettings)
+    cell_size: float = 0.125
+    n_headings: int = 24
+    tiled: bool = False
+
+
+def environment_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Environment:
+    """The environment that settings make of a scene; what they do not name is as the scene has it.
+
+    Raises SceneError if they make none.
+    """
+    own = {"cell_size": geometry.cell_size, "n_headings": geometry.n_headings, "tiled": geometry.tiled}
+    cell_size, n_headings, tiled = (values.get(name, own[name]) for name in own)
+    grid = Grid.over_rectangle(geometry.low, geometry.high, float(cell_size), int(n_headings), bool(tiled))
+    given: dict[str, Any] = {n: values[n] for n in ("radius", "step_height", "head_height") if n in values}
+    return build_environment(grid, geometry.obstacles, geometry.regions, replace(geometry.body, **given))
+
+
+def scene_to_bytes(geometry: SceneGeometry) -> bytes:
+    """The geometry as an .npz in memory; the same geometry always makes the same bytes."""
+    content = {
+        "low": [float(x) for x in geometry.low],
+        "high": [float(x) for x in geometry.high],
+        "regions": [
+            [region.name, region.rule.value, region.tag, float(region.margin), len(region.triangles)]
+            for region in geometry.regions
+        ],
+        "body": {name: float(value) for name, value in asdict(geometry.body).items()},
+        "footprint": {**asdict(geometry.footprint), "rule": geometry.footprint.rule.value},
+        "cell_size": float(geometry.cell_size),
+        "n_headings": int(geometry.n_headings),
+        "tiled": bool(geometry.tiled),
+    }
+    triangles = [np.empty((0, 3, 3)), *(np.asarray(r.triangles, dtype=float) for r in geometry.regions)]
+    arrays = {
+        "obstacles": np.asarray(geometry.obstacles, dtype=float).reshape(-1, 3, 3),
+        "regions": np.concatenate(triangles),
+    }
+    return archive_to_bytes(SCENE_FORMAT, content, arrays)
+
+
+def save_scene(geometry: SceneGeometry, path: str | os.PathLike) -> None:
+    """Write the geometry to a file; StudyError if that cannot be done."""
+    save_archive(path, scene_to_bytes(geometry), SCENE_FORMAT)
+
+
+def load_scene(path: str | os.PathLike) -> SceneGeometry:
+    """The geometry of :func:`save_scene`; StudyError names the file if it cannot be read."""
+    return archive_from_bytes(SCENE_FORMAT, load_archive(path, SCENE_FORMAT), os.fspath(path), _scene)
+
+
+def _scene(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SceneGeometry:
+    obstacles, joined = arrays["obstacles"], arrays["regions"]
+    require(obstacles.shape == (len(obstacles), 3, 3) and joined.shape == (len(joined), 3, 3))
+    regions, start = [], 0
+    for name, rule, tag, margin, n_triangles in content["regions"]:
+        require(0 <= n_triangles <= len(joined) - start)
+        part = joined[start : start + n_triangles]
+        regions.append(Region(str(name), RegionRule(rule), str(tag), part, float(margin)))
+        start += n_triangles
+    footprint = {**content["footprint"], "rule": FootprintRule(content["footprint"]["rule"])}
+    (x0, y0), (x1, y1) = content["low"], content["high"]
+    return SceneGeometry(
+        obstacles=obstacles,
+        low=(float(x0), float(y0)),
+        high=(float(x1), float(y1)),
+        regions=tuple(regions),
+        body=EnvironmentSettings(**content["body"]),
+        footprint=FootprintSettings(**footprint),
+        cell_size=float(content["cell_size"]),
+        n_headings=int(content["n_headings"]),
+        tiled=bool(content["tiled"]),
+    )

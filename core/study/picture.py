@@ -1,0 +1,64 @@
+"""Small floor maps, as they are kept with every case for comparison."""
+
+import base64
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from .subject import Subject
+
+#: Cells of a small map along its longer side, at most.
+LONGEST_SIDE = 120
+
+
+@dataclass(frozen=True)
+class SmallMap:
+    """A floor map, made coarser if it was large.
+
+    Attributes
+    ----------
+    levels : (nx, ny) float32 array
+        Base-10 logarithm of the variability, in the mean over what is passed; -1 where the floor is free but nothing
+        passes, not a number where something stands.
+    cell_size : float
+        Metres.
+    """
+
+    levels: np.ndarray
+    cell_size: float
+
+
+def small_map(subject: Subject) -> SmallMap:
+    """The floor map of a subject."""
+    ways, free = subject.ways, subject.free
+    step = -(-max(ways.shape) // LONGEST_SIDE)
+    pad = [(0, -n % step) for n in ways.shape]
+
+    def blocks(cells: np.ndarray) -> np.ndarray:
+        padded = np.pad(cells, pad)
+        nx, ny = padded.shape
+        return padded.reshape(nx // step, step, ny // step, step).sum(axis=(1, 3))
+
+    passed = blocks((ways > 0).astype(np.int64))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        levels = np.log10(blocks(ways) / passed)
+    levels = np.where(passed > 0, levels, np.where(blocks(free.astype(np.int64)) > 0, -1.0, np.nan))
+    return SmallMap(levels.astype(np.float32), subject.cell_size * step)
+
+
+def map_to_json(picture: SmallMap) -> dict:
+    """The map as JSON can tell it."""
+    packed = zlib.compress(np.ascontiguousarray(picture.levels, dtype="<f4").tobytes())
+    return {
+        "shape": list(picture.levels.shape),
+        "cell_size": picture.cell_size,
+        "levels": base64.b64encode(packed).decode("ascii"),
+    }
+
+
+def map_from_json(found: dict) -> SmallMap:
+    """The map of :func:`map_to_json`; ValueError or another exception if it is damaged."""
+    raw = zlib.decompress(base64.b64decode(found["levels"]))
+    levels = np.frombuffer(raw, dtype="<f4").reshape(found["shape"])
+    return SmallMap(levels, float(found["cell_size"]))

@@ -1,0 +1,140 @@
+"""What is measured: an embedding in one piece, or a ground in parcels, of which only maps and counts are at hand."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..embedding.embedding import Embedding
+from ..evaluation.variability import floor_variability
+from ..expanse.embedding import MAPS, ExpanseSummary
+from ..expanse.problem import Problem
+from ..motion.graph import MotionGraph
+
+Found = TypeVar("Found")
+
+
+class Subject(ABC):
+    """What every measure may ask for."""
+
+    graph: MotionGraph
+    cell_size: float
+
+    @property
+    @abstractmethod
+    def n_nodes(self) -> int: ...
+
+    @property
+    @abstractmethod
+    def n_links(self) -> int: ...
+
+    @cached_property
+    @abstractmethod
+    def ways(self) -> np.ndarray:
+        """(nx, ny) int64: variability summed over headings; 0 where nothing passes."""
+
+    @cached_property
+    @abstractmethod
+    def headings(self) -> np.ndarray:
+        """(nx, ny) int: headings in which a cell can be passed."""
+
+    @cached_property
+    @abstractmethod
+    def free(self) -> np.ndarray:
+        """(nx, ny) bool: cells at whose centre a character may stand."""
+
+    @property
+    @abstractmethod
+    def n_headings(self) -> int: ...
+
+    @cached_property
+    def covered(self) -> np.ndarray:
+        """(nx, ny) bool: free cells that can be passed."""
+        return (self.headings > 0) & self.free
+
+
+class WholeGround(Subject):
+    """An embedding."""
+
+    def __init__(self, embedding: Embedding):
+        self.embedding = embedding
+        self.graph = embedding.graph
+        self.cell_size = embedding.environment.grid.cell_size
+        self._kept: dict[str, Any] = {}
+
+    def once(self, evaluate: Callable[[Embedding, Mapping[str, Any]], Found], options: Mapping[str, Any]) -> Found:
+        """What an evaluation says of the embedding; several measures may be read off the same one."""
+        key = f"{evaluate.__name__} {sorted(options.items())}"
+        if key not in self._kept:
+            self._kept[key] = evaluate(self.embedding, options)
+        return self._kept[key]
+
+    @property
+    def n_nodes(self) -> int:
+        return self.embedding.n_nodes
+
+    @property
+    def n_links(self) -> int:
+        return self.embedding.n_links
+
+    @cached_property
+    def ways(self) -> np.ndarray:
+        return floor_variability(self.embedding)
+
+    @cached_property
+    def headings(self) -> np.ndarray:
+        return self.embedding.covered().sum(axis=2)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        return self.embedding.environment.free_cells()
+
+    @property
+    def n_headings(self) -> int:
+        return self.embedding.shape[2]
+
+
+class ParcelledGround(Subject):
+    """A ground that was embedded in parcels; its maps are put together from those of the parcels."""
+
+    def __init__(self, problem: Problem, summary: ExpanseSummary):
+        self.graph = problem.graph
+        self.cell_size = problem.plan.grid.cell_size
+        self._shape = problem.plan.grid.shape
+        self._folder = problem.folder / MAPS
+        self._summary = summary
+
+    @property
+    def n_nodes(self) -> int:
+        return self._summary.n_nodes
+
+    @property
+    def n_links(self) -> int:
+        return self._summary.n_links
+
+    @cached_property
+    def ways(self) -> np.ndarray:
+        return self._assembled("variability", np.int64)
+
+    @cached_property
+    def headings(self) -> np.ndarray:
+        return self._assembled("coverage", np.uint16)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        return self._assembled("free", bool)
+
+    @property
+    def n_headings(self) -> int:
+        return self._shape[2]
+
+    def _assembled(self, name: str, kind: type) -> np.ndarray:
+        whole = np.zeros(self._shape[:2], dtype=kind)
+        for index in range(self._summary.n_parcels):
+            with np.load(Path(self._folder) / f"{index}.npz", allow_pickle=False) as maps:
+                (x, y), part = maps["corner"], maps[name]
+                whole[x : x + part.shape[0], y : y + part.shape[1]] = part
+        return whole

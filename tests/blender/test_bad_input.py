@@ -1,0 +1,360 @@
+"""What artists bring by mistake, through the operators: one clear sentence, and a scene that is as it was."""
+
+import contextlib
+import os
+import random
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon import state
+from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import check_bvh, guess_bvh_scale
+from bl_ext.user_default.wayfarer.core.errors import ClipError
+
+from .test_bridge_import_bvh import bvh, datablocks
+from .test_operators import build, contents, fails_and_changes_nothing
+
+operators = bpy.ops.wayfarer
+EFFORT = int(os.environ.get("WAYFARER_FUZZ", "1"))
+
+
+@pytest.fixture
+def settings(sample_settings):
+    return sample_settings
+
+
+@pytest.fixture
+def embedded(settings):
+    build("build_motion_graph")
+    return settings
+
+
+def curves_of(action):
+    return action.layers[0].strips[0].channelbag(action.slots[0]).fcurves
+
+
+def used_actions(settings):
+    return [clip.action for clip in settings.clips if clip.use]
+
+
+def keep_only(settings, *actions):
+    for clip in settings.clips:
+        clip.use = clip.action in actions
+
+
+def new_mesh_object(name, points=(), faces=()):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], faces)
+    return bpy.data.objects.new(name, mesh)
+
+
+# ----------------------------------------------------------------------------------------------- characters
+
+
+def test_no_character(settings):
+    settings.character = None
+    assert "Choose a character" in fails_and_changes_nothing(operators.build_motion_graph)
+
+
+def test_a_character_that_was_deleted(settings):
+    bpy.data.objects.remove(settings.character)
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert "haracter" in sentence and "Traceback" not in sentence
+
+
+def test_no_actions(settings):
+    bpy.data.batch_remove(list(bpy.data.actions))
+    with pytest.raises(RuntimeError, match="tick at least one"):
+        operators.build_motion_graph()
+    operators.refresh_clips()
+    assert "tick at least one" in fails_and_changes_nothing(operators.build_motion_graph)
+
+
+def test_an_action_of_one_frame(settings):
+    action = used_actions(settings)[0]
+    for curve in curves_of(action):
+        while len(curve.keyframe_points) > 1:
+            curve.keyframe_points.remove(curve.keyframe_points[-1], fast=True)
+    keep_only(settings, action)
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert f"'{action.name}'" in sentence and "two frames" in sentence
+
+
+def test_not_a_number_in_a_curve(settings):
+    action = used_actions(settings)[0]
+    curves_of(action)[0].keyframe_points[5].co.y = float("nan")
+    curves_of(action)[0].update()
+    keep_only(settings, action)
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert f"'{action.name}'" in sentence and "not a number" in sentence
+
+
+def test_one_bad_clip_does_not_spoil_the_others(settings):
+    bad = used_actions(settings)[0]
+    curves_of(bad)[0].keyframe_points[5].co.y = float("nan")
+    build("build_motion_graph")
+    graph = state.results(bpy.context.scene).graph
+    assert bad.name not in {clip.name for clip in graph.clips} and len(graph.clips) > 1
+
+
+def test_missing_bones(settings):
+    """The action moves bones that this rig does not have."""
+    action = used_actions(settings)[0]
+    armature = bpy.data.armatures.new("Other")
+    other = bpy.data.objects.new("Other", armature)
+    bpy.context.scene.collection.objects.link(other)
+    bpy.context.view_layer.objects.active = other
+    bpy.ops.object.mode_set(mode="EDIT")
+    armature.edit_bones.new("Tentacle").tail = (0, 0, 1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    settings.character = other
+    settings.clips.clear()
+    clip = settings.clips.add()
+    clip.action = action
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert f"'{action.name}'" in sentence and "'Other'" in sentence
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 2), (-1, 1, 1), (0, 0, 0)])
+def test_scales_that_are_refused(settings, scale):
+    settings.character.scale = scale
+    bpy.context.view_layer.update()
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert "cale" in sentence and f"'{settings.character.name}'" in sentence
+
+
+def test_a_turned_and_evenly_scaled_character_is_fine(settings):
+    settings.character.rotation_euler = (0, 0, 1.3)
+    settings.character.location = (3, -2, 0)
+    settings.character.scale = (1.1, 1.1, 1.1)
+    bpy.context.view_layer.update()
+    build("build_motion_graph", "embed")
+    assert state.results(bpy.context.scene).embedding.n_nodes > 0
+
+
+def test_clips_without_root_motion_are_told(settings):
+    action = used_actions(settings)[0]
+    for curve in [curve for curve in curves_of(action) if curve.data_path.endswith('"Hips"].location')]:
+        curves_of(action).remove(curve)
+    keep_only(settings, action)
+    before = contents()
+    assert operators.examine_clips() == {"FINISHED"}
+    assert contents() == before
+    health = state.health_of(bpy.context.scene, action)
+    assert health is not None and health.findings
+
+
+def test_bones_of_no_length():
+    """Blender removes such bones when it leaves edit mode; as short as can be, they are read like any other."""
+    armature = bpy.data.armatures.new("Short")
+    rig = bpy.data.objects.new("Short", armature)
+    bpy.context.scene.collection.objects.link(rig)
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    root = armature.edit_bones.new("Hips")
+    root.head, root.tail = (0, 0, 1), (0, 0, 1.1)
+    child = armature.edit_bones.new("Dot")
+    child.parent, child.head, child.tail = root, (0, 0, 1.1), (0, 0, 1.1 + 1e-5)
+    gone = armature.edit_bones.new("Gone")
+    gone.head = gone.tail = (0, 0, 2)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    action = bpy.data.actions.new("Hop")
+    rig.animation_data_create().action = action
+    for bone in ("Hips", "Dot"):
+        curve = action.fcurve_ensure_for_datablock(rig, f'pose.bones["{bone}"].location', index=2)
+        for frame in range(1, 90):
+            curve.keyframe_points.insert(frame, np.sin(frame / 5.0))
+    bpy.context.scene.wayfarer.character = rig
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    # A character of two bones has no feet: that is what is wrong with it.
+    assert "foot" in sentence or "feet" in sentence
+
+
+def test_names_that_differ_in_their_number_only(settings):
+    action = used_actions(settings)[0]
+    copy = action.copy()
+    copy.name = action.name
+    operators.refresh_clips()
+    assert copy.name != action.name
+    build("build_motion_graph")
+    names = [clip.name for clip in state.results(bpy.context.scene).graph.clips]
+    assert len(set(names)) == len(names)
+
+
+# ---------------------------------------------------------------------------------------------------- scenes
+
+
+def test_an_empty_mesh_as_ground(embedded):
+    nothing = new_mesh_object("Nothing")
+    bpy.context.scene.collection.objects.link(nothing)
+    embedded.environment.ground = nothing
+    assert "round" in fails_and_changes_nothing(operators.embed)
+
+
+def test_a_camera_as_ground(embedded):
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.collection.objects.link(camera)
+    embedded.environment.ground = camera
+    if embedded.environment.ground is not None:
+        assert "round" in fails_and_changes_nothing(operators.embed)
+
+
+def test_an_empty_mesh_among_the_obstacles_is_none(embedded):
+    build("embed")
+    before = state.results(bpy.context.scene).embedding.n_nodes
+    embedded.environment.obstacles.objects.link(new_mesh_object("Nothing"))
+    embedded.environment.obstacles.objects.link(new_mesh_object("Line", [(0, 0, 1), (0, 0, 1), (0, 0, 1)], [(0, 1, 2)]))
+    build("embed")
+    assert state.results(bpy.context.scene).embedding.n_nodes <= before
+
+
+def test_a_ground_that_needs_too_much_memory(embedded):
+    environment = embedded.environment
+    environment.ground_source = "TYPED"
+    environment.ground_low, environment.ground_high = (-3000, -3000), (3000, 3000)
+    environment.cell_size = 0.05
+    sentence = fails_and_changes_nothing(operators.embed)
+    assert "GB" in sentence and ("larger cells" in sentence or "smaller ground" in sentence)
+    environment.ground_low, environment.ground_high = (-50, -50), (50, 50)
+    environment.cell_size, environment.n_headings = 0.1, 360
+    sentence = fails_and_changes_nothing(operators.embed)
+    assert "GB" in sentence and "limit" in sentence
+
+
+def test_an_obstacle_that_is_not_a_number(embedded):
+    table = bpy.data.objects["Table"]
+    table.data.vertices[0].co.x = float("nan")
+    assert "'Table'" in fails_and_changes_nothing(operators.embed)
+
+
+def test_an_obstacle_at_the_end_of_the_world(embedded):
+    bpy.data.objects["Table"].scale.x = 1e9
+    bpy.context.view_layer.update()
+    assert "km" in fails_and_changes_nothing(operators.embed)
+
+
+@pytest.mark.parametrize("name", ["Table", "Ground", "Step"])
+def test_objects_deleted_while_referenced(embedded, name):
+    build("embed")
+    obj = bpy.data.objects.get(name) or embedded.environment.ground
+    bpy.data.objects.remove(obj)
+    assert state.embedding_is_stale(bpy.context.scene)
+    # What is left is a scene like any other.
+    with contextlib.suppress(RuntimeError):
+        operators.embed()
+    state.embedding_changes(bpy.context.scene)
+
+
+def test_obstacles_linked_from_a_library(embedded, tmp_path):
+    build("embed")
+    own = state.results(bpy.context.scene).embedding
+    library = str(tmp_path / "Bücherei mit Leerzeichen.blend")
+    obstacles = embedded.environment.obstacles
+    bpy.data.libraries.write(library, {obstacles}, fake_user=True)
+    name = obstacles.name
+    for obj in list(obstacles.all_objects):
+        bpy.data.objects.remove(obj)
+    bpy.data.collections.remove(obstacles)
+    with bpy.data.libraries.load(library, link=True) as (_, linked):
+        linked.collections = [name]
+    bpy.context.scene.collection.children.link(linked.collections[0])
+    embedded.environment.obstacles = linked.collections[0]
+    build("embed")
+    assert state.results(bpy.context.scene).embedding.planes == own.planes
+    build("paint_map", "random_walk")
+
+
+def test_two_million_triangles(embedded):
+    """A dense terrain that is low enough to walk on, and its peak, which is not."""
+    side = 1001
+    x, y = np.meshgrid(np.linspace(-3.5, 3.5, side), np.linspace(-4, 4, side), indexing="ij")
+    z = 0.01 * np.sin(5 * x) + 1.5 * (np.hypot(x - 2, y + 2) < 0.4)
+    mesh = bpy.data.meshes.new("Terrain")
+    corners = np.arange(side * side).reshape(side, side)
+    quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1).reshape(-1, 4)
+    mesh.vertices.add(side * side)
+    mesh.vertices.foreach_set("co", np.stack([x, y, z], axis=-1).astype(np.float32).ravel())
+    mesh.loops.add(quads.size)
+    mesh.loops.foreach_set("vertex_index", quads.astype(np.int32).ravel())
+    mesh.polygons.add(len(quads))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, quads.size, 4, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    terrain = bpy.data.objects.new("Terrain", mesh)
+    embedded.environment.obstacles.objects.link(terrain)
+    assert 2 * len(quads) == 2_000_000
+    build("embed")
+    embedding = state.results(bpy.context.scene).embedding
+    grid, free = embedding.environment.grid, embedding.environment.free_cells()
+    peak = tuple(grid.cells(np.array([2.0, -2.0])))
+    assert not free[peak] and free.mean() > 0.3
+
+
+# ------------------------------------------------------------------------------------------------ BVH files
+
+
+def damaged(text: str, chance: random.Random) -> str:
+    """A BVH file with something done to it that disks, editors and other programs do."""
+    lines = text.splitlines(keepends=True)
+    for _ in range(chance.randint(1, 3)):
+        place = chance.randrange(len(lines))
+        words = lines[place].split(" ")
+        word = chance.randrange(len(words))
+        strange = [
+            "nan",
+            "inf",
+            "-1e39",
+            "1e400",
+            "{",
+            "}",
+            "",
+            "\x00",
+            "ROOT",
+            "JOINT",
+            "MOTION",
+            "CHANNELS",
+            "-5",
+            "999999",
+        ]
+        kind = chance.randrange(6)
+        if kind == 0:
+            words[word] = chance.choice(strange)
+            lines[place] = " ".join(words)
+        elif kind == 1:
+            del lines[place]
+        elif kind == 2:
+            lines.insert(place, lines[chance.randrange(len(lines))])
+        elif kind == 3:
+            lines = lines[: max(place, 1)]
+        elif kind == 4:
+            lines[place] = lines[place].upper() if chance.random() < 0.5 else lines[place].strip()
+        else:
+            other = chance.randrange(len(lines))
+            lines[place], lines[other] = lines[other], lines[place]
+        if not lines:
+            break
+    return "".join(lines)
+
+
+def test_damaged_bvh_files_are_imported_or_refused(tmp_path, capfd):
+    chance, whole, n_refused = random.Random(1), bvh(6), 0
+    path = tmp_path / "dämaged.bvh"
+    for attempt in range(80 * EFFORT):
+        path.write_text(damaged(whole, chance), "utf-8")
+        for look in (check_bvh, guess_bvh_scale):
+            with contextlib.suppress(ClipError):
+                assert look(path) > 0, f"attempt {attempt}"
+        before = datablocks()
+        sentence = ""
+        try:
+            operators.import_bvh(directory=str(tmp_path), use_body=False)
+        except RuntimeError as error:
+            sentence = str(error)
+        if sentence:
+            n_refused += 1
+            assert "Traceback" not in sentence and path.name in sentence, f"attempt {attempt}: {sentence}"
+            assert datablocks() == before, f"attempt {attempt}"
+        else:
+            bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert 10 < n_refused < 80 * EFFORT
+    assert "Traceback" not in "".join(capfd.readouterr())

@@ -1,0 +1,148 @@
+"""Export for engines: a folder that the reader walks in, clips as glTF, and a scene that stays as it was."""
+
+import json
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon import command, state
+from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PROPERTY
+
+
+def glb_content(path: Path) -> dict:
+    """The JSON of a .glb file."""
+    raw = path.read_bytes()
+    magic, version, length, json_length, kind = struct.unpack_from("<4sIII4s", raw)
+    assert (magic, version, length, kind) == (b"glTF", 2, len(raw), b"JSON")
+    return json.loads(raw[20 : 20 + json_length])
+
+
+def seconds_of(content: dict, animation: dict) -> tuple[float, float]:
+    """First and last time of an animation."""
+    inputs = {sampler["input"] for sampler in animation["samplers"]}
+    return (
+        min(content["accessors"][i]["min"][0] for i in inputs),
+        max(content["accessors"][i]["max"][0] for i in inputs),
+    )
+
+
+def embedded():
+    assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
+    assert bpy.ops.wayfarer.embed() == {"FINISHED"}
+    return state.results(bpy.context.scene).embedding
+
+
+def scene_state():
+    """Everything that an export might leave behind."""
+    layer, character = bpy.context.view_layer, bpy.context.scene.wayfarer.character
+    animation = character.animation_data
+    return (
+        sorted(action.name for action in bpy.data.actions),
+        [obj.name for obj in layer.objects if obj.select_get()],
+        layer.objects.active and layer.objects.active.name,
+        [obj.name for obj in layer.objects if obj.hide_get()],
+        animation and (animation.action and animation.action.name, [track.name for track in animation.nla_tracks]),
+        sorted(bpy.data.objects.keys()),
+        bpy.context.scene.frame_current,
+    )
+
+
+def test_a_folder_for_engines(sample_settings, tmp_path):
+    sample_settings.graph.mirror_clips = True
+    for clip in sample_settings.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    # An action of its own rate plays as fast as it was meant to.
+    slow = next(clip.action for clip in sample_settings.clips if clip.use)
+    slow[FRAME_RATE_PROPERTY] = 60.0
+    embedding = embedded()
+    character = sample_settings.character
+    character.hide_set(True)
+    bpy.context.scene.frame_set(7)
+    before = scene_state()
+    assert bpy.ops.wayfarer.export_engine(directory=str(tmp_path)) == {"FINISHED"}
+    assert scene_state() == before
+
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "embedding.json",
+        "embedding.npz",
+        "clips.glb",
+        "README.md",
+        "wayfarer_reader.py",
+    }
+    header = json.loads((tmp_path / "embedding.json").read_text())
+    content = glb_content(tmp_path / "clips.glb")
+    animations = {animation["name"]: animation for animation in content["animations"]}
+    played = {segment["clip"] for segment in header["segments"]}
+    assert played == set(animations) and len(played) > 3
+    assert any("mirrored" in name for name in played)
+    seconds = {clip["name"]: clip["seconds"] for clip in header["clips"]}
+    for name, animation in animations.items():
+        first, last = seconds_of(content, animation)
+        # Blender samples whole frames.
+        assert first == pytest.approx(0, abs=1e-4) and last == pytest.approx(seconds[name], abs=1 / 30 + 1e-3), name
+    bones = {node["name"] for node in content["nodes"]}
+    assert {bone.name for bone in character.data.bones} <= bones
+
+    # The reader is run as an engine's developer would: with NumPy and nothing of ours.
+    alone = {"PATH": os.environ["PATH"], "PYTHONPATH": str(Path(np.__file__).parents[1])}
+    told = subprocess.run(
+        [sys.executable, "-S", "wayfarer_reader.py", "."], cwd=tmp_path, env=alone, capture_output=True, text=True
+    )
+    assert told.returncode == 0, told.stderr
+    assert told.stdout.startswith(f"{embedding.n_nodes:,} nodes")
+
+
+def test_the_root_moves_as_the_embedding_says(sample_settings, tmp_path):
+    """A segment's path is that of the root bone in clips.glb, between its times."""
+    embedding = embedded()
+    assert bpy.ops.wayfarer.export_engine(directory=str(tmp_path)) == {"FINISHED"}
+    graph = embedding.graph
+    segment = max(graph.segments, key=lambda s: np.linalg.norm(s.path[-1, :2]))
+    clip = graph.clips[segment.clip]
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    bpy.context.scene.render.fps = 30
+    bpy.ops.import_scene.gltf(filepath=str(tmp_path / "clips.glb"))
+    rig = next(obj for obj in bpy.data.objects if obj.type == "ARMATURE")
+    action = next(action for action in bpy.data.actions if action.name.startswith(clip.name))
+    for track in list(rig.animation_data.nla_tracks):
+        rig.animation_data.nla_tracks.remove(track)
+    rig.animation_data.action = action
+    rig.animation_data.action_slot = action.slots[0]
+    places = []
+    for second in (segment.first / graph.frame_rate, segment.last / graph.frame_rate):
+        bpy.context.scene.frame_set(round(second * 30 + action.frame_range[0]))
+        root = rig.pose.bones[clip.skeleton.names[0]]
+        places.append(np.array((rig.matrix_world @ root.matrix).translation)[:2])
+    assert np.linalg.norm(places[1] - places[0]) == pytest.approx(np.linalg.norm(segment.path[-1, :2]), abs=0.02)
+
+
+def test_what_cannot_be_exported_is_said(sample_settings, tmp_path):
+    assert not bpy.ops.wayfarer.export_engine.poll()
+    embedded()
+    with pytest.raises(RuntimeError, match="Choose a folder"):
+        bpy.ops.wayfarer.export_engine()
+    in_the_way = tmp_path / "file"
+    in_the_way.write_text("")
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        bpy.ops.wayfarer.export_engine(directory=str(in_the_way / "folder"))
+    layer = bpy.context.view_layer
+    for collection in sample_settings.character.users_collection:
+        child = next(child for child in layer.layer_collection.children if child.collection == collection)
+        child.exclude = True
+    with pytest.raises(RuntimeError, match="include its collection"):
+        bpy.ops.wayfarer.export_engine(directory=str(tmp_path / "out"))
+
+
+def test_the_command_line_exports(sample_settings, tmp_path, capfd):
+    code = command.run(["export", str(tmp_path / "engine"), "--no-clips", "--json", "-"])
+    out, err = capfd.readouterr()
+    assert code == 0, err
+    numbers = json.loads(out)
+    assert "embedding.npz" in numbers["export"]["files"] and "clips.glb" not in numbers["export"]["files"]
+    assert json.loads((tmp_path / "engine" / "embedding.json").read_text())["nodes"] == numbers["embedding"]["nodes"]

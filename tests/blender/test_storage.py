@@ -1,0 +1,226 @@
+"""Results in the .blend: there again after reopening, fresh or stale as they were, and no burden in between."""
+
+import json
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon import state, storage
+
+operators = bpy.ops.wayfarer
+
+
+def scene_results():
+    return state.results(bpy.context.scene)
+
+
+def build(*steps):
+    for step in steps or ("build_motion_graph", "embed", "count_lost_links", "paint_map", "random_walk"):
+        assert getattr(operators, step)() == {"FINISHED"}
+
+
+def stale() -> tuple[bool, ...]:
+    """Of graph, embedding, map and walk."""
+    scene = bpy.context.scene
+    return (
+        state.graph_is_stale(scene),
+        state.embedding_is_stale(scene),
+        state.map_is_stale(scene),
+        state.walk_is_stale(scene),
+    )
+
+
+FRESH = (False,) * 4
+
+
+def save(path: Path) -> str:
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return str(path)
+
+
+def reopen(path: str):
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    return bpy.context.scene.wayfarer
+
+
+@pytest.fixture
+def built(sample_settings):
+    build()
+    return sample_settings
+
+
+def test_everything_is_there_again(built, tmp_path):
+    before = scene_results()
+    numbers, lost = dict(before.summary), state.lost_links(bpy.context.scene)
+    path = save(tmp_path / "kept.blend")
+    assert before.stored_bytes > 1000
+    settings = reopen(path)
+    after, scene = scene_results(), bpy.context.scene
+    assert after is not before and after.problem == ""
+    assert after.embedding.planes == before.embedding.planes
+    assert after.embedding.unrolling.valid == before.embedding.unrolling.valid
+    assert after.embedding.graph is after.graph and after.walk.embedding is after.embedding
+    np.testing.assert_array_equal(after.graph.links, before.graph.links)
+    np.testing.assert_array_equal(after.walk.states, before.walk.states)
+    np.testing.assert_array_equal(after.walk.root_path, before.walk.root_path)
+    assert after.graph_summary.hubs(3).tolist() == before.graph_summary.hubs(3).tolist()
+    assert after.summary == numbers and state.lost_links(scene) == lost
+    assert after.ground_height == before.ground_height
+    assert stale() == FRESH
+    assert state.find_painted(scene) is not None and state.find_walk(scene) is not None
+    # Work goes on without anything being computed again.
+    settings.walk.duration = 3.0
+    build("paint_map", "random_walk")
+    assert stale() == FRESH
+    assert after.embedding.planes == before.embedding.planes
+
+
+def test_what_has_changed_is_stale_after_reopening(built, tmp_path):
+    environment = built.environment
+    environment.radius = 0.3
+    path = save(tmp_path / "radius.blend")
+    settings = reopen(path)
+    assert stale() == (False, True, True, True)
+    settings.environment.radius = 0.25
+    assert stale() == FRESH
+    next(clip for clip in settings.clips if clip.use).use = False
+    path = save(tmp_path / "ticks.blend")
+    reopen(path)
+    assert stale() == (True,) * 4
+    assert state.graph_changes(bpy.context.scene) == ("Other clips are ticked",)
+
+
+def test_what_moved_after_embedding_is_stale_after_reopening(built, tmp_path):
+    bpy.data.objects["Table"].location.x += 0.5
+    reopen(save(tmp_path / "moved.blend"))
+    assert stale() == (False, True, True, True)
+    assert state.embedding_changes(bpy.context.scene) == ("Ground, obstacles or regions have moved or changed",)
+
+
+def test_a_graph_built_anew_is_kept_beside_the_embedding(built, tmp_path):
+    built.graph.max_cost = 0.2
+    build("build_motion_graph")
+    n_links, n_nodes = len(scene_results().graph.links), scene_results().embedding.n_nodes
+    reopen(save(tmp_path / "graph.blend"))
+    found = scene_results()
+    assert len(found.graph.links) == n_links and found.embedding.n_nodes == n_nodes
+    assert found.embedding.graph is not found.graph
+    assert stale() == (False, True, True, True)
+    assert state.embedding_changes(bpy.context.scene) == ("The motion graph was built anew",)
+
+
+def test_nothing_stays_in_the_open_scene(built, tmp_path):
+    scene = bpy.context.scene
+    path = save(tmp_path / "clean.blend")
+    assert storage.PROPERTY not in scene
+    with pytest.raises(RuntimeError):
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "absent" / "folder.blend"))
+    assert storage.PROPERTY not in scene
+    reopen(path)
+    assert storage.PROPERTY not in bpy.context.scene
+    bpy.ops.ed.undo_push(message="first")
+    bpy.context.scene.frame_start = 5
+    bpy.ops.ed.undo_push(message="second")
+    bpy.ops.ed.undo()
+    assert storage.PROPERTY not in bpy.context.scene and scene_results().embedding is not None
+    # A second save writes what was never looked at, and it is the same.
+    sizes = []
+    for _ in range(2):
+        bpy.ops.wm.open_mainfile(filepath=path)
+        bpy.ops.wm.save_mainfile()
+        sizes.append(scene_results().stored_bytes)
+    assert sizes[0] == sizes[1] > 1000
+
+
+def test_left_out_when_not_wanted(built, tmp_path):
+    large = Path(save(tmp_path / "with.blend")).stat().st_size
+    with_results = scene_results().stored_bytes
+    built.keep_results = False
+    path = save(tmp_path / "without.blend")
+    assert Path(path).stat().st_size < large - 0.9 * with_results
+    settings = reopen(path)
+    assert scene_results().graph is None and scene_results().embedding is None
+    assert state.find_painted(bpy.context.scene) is None and not settings.keep_results
+
+
+def in_header(**values):
+    def change(parts):
+        parts["header"] = json.dumps({**json.loads(parts["header"]), **values})
+
+    return change
+
+
+def flip(name):
+    def change(parts):
+        raw = bytearray(parts[name])
+        raw[len(raw) // 2] ^= 0xFF
+        parts[name] = bytes(raw)
+
+    return change
+
+
+DAMAGES = {
+    "a bit of the embedding": flip("embedding"),
+    "a bit of the walk": flip("walk"),
+    "no header": lambda parts: parts.pop("header"),
+    "no embedding": lambda parts: parts.pop("embedding"),
+    "half a header": lambda parts: parts.update(header="{"),
+    "cut short": lambda parts: parts.update(embedding=parts["embedding"][:200]),
+    "other types": lambda parts: parts.update(embedding="text", header=5),
+    "a later version": in_header(version=99),
+    "no fingerprints": in_header(made_from={}),
+    "other numbers": in_header(lost_links={"what": 1}),
+    "no summary": in_header(summary=3),
+    "no list": in_header(made_for=None),
+}
+
+
+def test_damaged_results_are_told_and_left_out(built):
+    scene = bpy.context.scene
+    sound = storage.encoded_results(scene)
+    for name, change in DAMAGES.items():
+        parts = dict(sound)
+        change(parts)
+        scene[storage.PROPERTY] = parts
+        storage._after_load()
+        found = scene_results()
+        assert found.graph is None and found.embedding is None and found.walk is None, name
+        assert "cannot be used" in found.problem and found.problem.endswith("Compute anew"), name
+        assert stale() == FRESH and state.find_painted(scene) is None, name
+    # And the way on is open.
+    build()
+    assert scene_results().problem == ""
+    scene[storage.PROPERTY] = sound
+    storage._after_load()
+    assert scene_results().walk is not None and scene_results().problem == ""
+
+
+def test_something_else_under_our_name(built):
+    scene = bpy.context.scene
+    scene[storage.PROPERTY] = 17
+    storage._after_load()
+    assert "cannot be used" in scene_results().problem and storage.PROPERTY not in scene
+
+
+def test_an_appended_scene_brings_its_results(built, tmp_path):
+    n_nodes = scene_results().embedding.n_nodes
+    path = save(tmp_path / "library.blend")
+    for link in (False, True):
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        with bpy.data.libraries.load(path, link=link) as (there, here):
+            here.scenes = there.scenes
+        scene = here.scenes[0]
+        if storage.PROPERTY in scene and not state.has_pending(scene):
+            # bpy.data.libraries tells nobody of what it loads before Blender 5.0.
+            storage._after_load()
+        assert state.results(scene).embedding.n_nodes == n_nodes
+
+
+def test_a_copy_of_a_scene_starts_without_results(built):
+    copy = bpy.context.scene.copy()
+    assert storage.PROPERTY not in copy
+    assert state.results(copy).graph is None
+    assert scene_results().graph is not None

@@ -1,0 +1,133 @@
+"""Studies from Blender: .blend files become arrays once, and the arrays give what the scene itself gives."""
+
+import csv
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from bl_ext.user_default.wayfarer.addon import command, state
+from bl_ext.user_default.wayfarer.addon.study import read_sources
+from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share
+from bl_ext.user_default.wayfarer.core.study.clip_set import load_clip_set
+from bl_ext.user_default.wayfarer.core.study.geometry import load_scene
+from bl_ext.user_default.wayfarer.core.study.plan import read_plan
+from bl_ext.user_default.wayfarer.core.study.sources import CLIPS, SCENES, read_file
+
+
+@pytest.fixture
+def saved(sample_settings, tmp_path) -> Path:
+    """The sample on a coarse grid, in a file of its own."""
+    file = tmp_path / "room.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    return file
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "study.toml"
+    file.write_text(text)
+    return file
+
+
+def test_the_command_measures_what_the_scene_gives(saved, capfd):
+    bpy.ops.wayfarer.build_motion_graph()
+    bpy.ops.wayfarer.embed()
+    embedding = state.results(bpy.context.scene).embedding
+    share = coverage_share(embedding)
+    file = written(
+        saved.parent,
+        """
+        measures = ["nodes", "links", "coverage"]
+        [scenes]
+        room = "room.blend"
+        ghost = "nothing.blend"
+        [clips]
+        hero = "room.blend"
+        [settings]
+        k = ["all", 2]
+        """,
+    )
+    code = command.run(["study", str(file), "--scheduler", "processes", "--workers", "1"])
+    out, err = capfd.readouterr()
+    assert code == 3, err
+    assert "4 cases: 2 with results" in out and "There is no file" in err and "Reading room from room.blend" in err
+    rows = list(csv.DictReader((saved.parent / "study-study" / "results.csv").open()))
+    whole = next(row for row in rows if row["scene"] == "room" and row["k"] == "all")
+    assert (int(whole["nodes"]), int(whole["links"])) == (embedding.n_nodes, embedding.n_links)
+    assert float(whole["coverage"]) == pytest.approx(share)
+    assert all("There is no file" in row["problem"] for row in rows if row["scene"] == "ghost")
+
+
+def test_files_are_read_once_and_again_when_they_change(saved):
+    plan = read_plan(written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"'))
+    told = []
+    read_sources(plan, saved.parent / "out", told.append)
+    assert len(told) == 2
+    read_sources(plan, saved.parent / "out", told.append)
+    assert len(told) == 2
+    status = os.stat(saved)
+    os.utime(saved, ns=(status.st_atime_ns, status.st_mtime_ns + 10**9))
+    read_sources(plan, saved.parent / "out", told.append)
+    assert len(told) == 4
+    (saved.parent / "other.blend").write_bytes(saved.read_bytes())
+    plan = read_plan(written(saved.parent, '[scenes]\nroom = "other.blend"\n[clips]\nhero = "room.blend"'))
+    read_sources(plan, saved.parent / "out", told.append)
+    assert told[4:] == ["Reading room from other.blend"]
+
+
+def test_scenes_and_clips_are_chosen_by_name(saved):
+    settings = bpy.context.scene.wayfarer
+    settings.environment.radius, settings.embedding.position_rate = 0.33, 0.11
+    settings.graph.max_cost, settings.graph.mirror_clips = 0.21, True
+    region = settings.environment.regions[0]
+    bpy.ops.wm.save_as_mainfile(filepath=str(saved))
+    name = bpy.context.scene.name
+    plan = read_plan(
+        written(
+            saved.parent,
+            f"""
+            [scenes]
+            named = {{file = "room.blend", scene = "{name}"}}
+            lost = {{file = "room.blend", scene = "Elsewhere"}}
+            [clips]
+            turns = {{file = "room.blend", actions = ["turn_*"]}}
+            walks = {{file = "room.blend", actions = ["walk*"]}}
+            none = {{file = "room.blend", actions = ["fly*"]}}
+            other = {{file = "room.blend", character = "Nobody"}}
+            """,
+        )
+    )
+    out = saved.parent / "out"
+    read_sources(plan, out, lambda text: None)
+    named = plan.scenes[0]
+    geometry = load_scene(read_file(out, SCENES, named))
+    assert geometry.body.radius == pytest.approx(0.33) and geometry.footprint.position_rate == pytest.approx(0.11)
+    assert geometry.cell_size == 0.25 and geometry.n_headings == 12 and len(geometry.obstacles) > 50
+    assert geometry.regions[0].tag == region.tag and len(geometry.regions[0].triangles) > 0
+    assert "no scene 'Elsewhere'" in (out / "read" / SCENES / "lost.txt").read_text()
+    turns, walks, none, other = plan.clip_sets
+    found = load_clip_set(read_file(out, CLIPS, turns))
+    names = {clip.name for clip in found.clips}
+    assert names and all(name.startswith("turn_") for name in names)
+    assert any(name.endswith("(mirrored)") for name in names)
+    assert found.settings.max_cost == pytest.approx(0.21)
+    # What one source chose does not show in the next.
+    names = {clip.name for clip in load_clip_set(read_file(out, CLIPS, walks)).clips}
+    assert names and all(name.startswith("walk") for name in names)
+    assert not read_file(out, CLIPS, none).exists() and not read_file(out, CLIPS, other).exists()
+    assert "in use" in (out / "read" / CLIPS / "none.txt").read_text()
+    assert "no armature 'Nobody'" in (out / "read" / CLIPS / "other.txt").read_text()
+    assert np.isfinite(geometry.obstacles).all()
+
+
+def test_mistakes_are_said(saved, capfd):
+    assert command.run(["study", str(saved.parent / "nothing.toml")]) == 1
+    assert "cannot be read" in capfd.readouterr().err
+    file = written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"\n[settings]\nradios = 1')
+    assert command.run(["study", str(file)]) == 1
+    assert "There is no setting 'radios'" in capfd.readouterr().err
+    good = written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"')
+    assert command.run(["study", str(good), "--workers", "0"]) == 1
+    assert "0 workers" in capfd.readouterr().err

@@ -1,0 +1,156 @@
+"""The engine format: what the reference reader finds in it, knowing nothing of us, is what the embedding is."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.footprint import FootprintSettings
+from core.environment.environment import Environment, build_environment
+from core.environment.grid import Grid
+from core.errors import ExportError
+from core.evaluation.goals import goal_in_cells
+from core.evaluation.reach import time_to_reach
+from core.export.engine_format import engine_arrays, engine_files, engine_header
+from core.motion.graph import build_motion_graph
+from core.motion.repertoire import sample_repertoire
+from core.playback.link_reader import LinkReader
+from core.playback.walk import Walk
+
+from .geometry import box_triangles
+from .reference import explicit_embedding, random_problem
+
+ROOT = Path(__file__).resolve().parents[2]
+READER = ROOT / "assets" / "engine"
+SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
+
+
+def write(embedding, folder):
+    folder.mkdir()
+    for name, raw in engine_files(embedding).items():
+        (folder / name).write_bytes(raw)
+
+
+def read_alone(tmp_path, *words):
+    """Run Python with NumPy and the standard library, and nothing else to import."""
+    alone = tmp_path / "alone"
+    alone.mkdir(exist_ok=True)
+    for found in Path(np.__file__).parents[1].glob("numpy*"):
+        if not (alone / found.name).exists():
+            (alone / found.name).symlink_to(found)
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(alone)}
+    command = [sys.executable, "-S", *map(str, words)]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, cwd=tmp_path)
+
+
+def check(embedding, folder):
+    found = np.load(folder / "found.npz")
+    mask = embedding.node_mask()
+    nodes = np.argwhere(mask)
+    assert np.array_equal(found["nodes"], nodes)
+    # Links, one by one, by the stencil that each plays.
+    reader = LinkReader(embedding)
+    row, stencil = reader.links_from(nodes)
+    ends = reader.wrapped(reader.ends(nodes[row], stencil))
+    flat = [np.ravel_multi_index(tuple(states.T), mask.shape) for states in (nodes[row], ends)]
+    ours = np.column_stack([flat[0], stencil, flat[1]])
+    assert len(ours) == embedding.n_links
+    for links in (found["leaving"], found["arriving"]):
+        assert np.array_equal(links[np.lexsort(links.T)], ours[np.lexsort(ours.T)])
+    goal = np.zeros(mask.shape[:2], dtype=bool)
+    goal[tuple(found["goal"].T)] = True
+    times = time_to_reach(embedding, goal_in_cells(embedding, goal)).frames_at(nodes)
+    assert np.array_equal(found["times"], times)
+    walked, promised, arrived = found["ways"].T
+    assert np.array_equal(walked, promised) and arrived.all()
+    walk = Walk(embedding, found["states"], found["stencils"])
+    assert walk.duration >= 60 and found["path"].shape == walk.root_path.shape
+    assert np.allclose(found["path"], walk.root_path, atol=1e-9)
+    return times
+
+
+def test_the_reader_finds_what_is_there(tmp_path):
+    embeddings = {}
+    for seed in range(60):
+        problem = random_problem(seed, tiled=seed % 3 == 0)
+        embedding = embed(*problem, SETTINGS)
+        if embedding.n_nodes:
+            explicit = explicit_embedding(*problem, SETTINGS)
+            assert embedding.n_links == len(explicit.links)
+            embeddings[tmp_path / str(seed)] = embedding
+            write(embedding, tmp_path / str(seed))
+    assert len(embeddings) > 15 and any(e.environment.grid.tiled for e in embeddings.values())
+    result = read_alone(tmp_path, ROOT / "tests" / "core" / "reader_driver.py", READER, *embeddings)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == "[]"
+    longest = [check(embedding, folder).max() for folder, embedding in embeddings.items()]
+    assert max(longest) > 10
+
+
+def test_the_reader_walks_in_a_room(tmp_path):
+    clips = [clip for clip in sample_repertoire() if clip.name.startswith(("walk", "turn_left_90", "turn_right_90"))]
+    grid = Grid.over_rectangle((0, 0), (4, 4), 0.25, 12)
+    environment = build_environment(grid, box_triangles((1.5, 1.5, 0), (2, 2.5, 2)))
+    embedding = embed(build_motion_graph(clips), environment)
+    assert embedding.n_nodes > 1000
+    write(embedding, tmp_path / "room")
+    result = read_alone(tmp_path, ROOT / "tests" / "core" / "reader_driver.py", READER, tmp_path / "room")
+    assert result.returncode == 0, result.stderr
+    check(embedding, tmp_path / "room")
+    header = json.loads((tmp_path / "room" / "embedding.json").read_text())
+    graph = embedding.graph
+    for told, segment in zip(header["segments"], graph.segments, strict=True):
+        clip = graph.clips[segment.clip]
+        assert told["clip"] == clip.name and told["end"] - told["start"] == pytest.approx(segment.duration)
+        assert told["end"] <= clip.duration + 1e-9
+    result = read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "room")
+    assert result.returncode == 0 and f"{embedding.n_nodes:,} nodes" in result.stdout
+
+
+def test_tags_are_told_by_frames():
+    graph, environment = next(
+        (graph, environment)
+        for graph, environment in (random_problem(seed, False) for seed in range(100))
+        if any(mask.any() and not mask.all() for s in graph.segments for mask in s.tags.values())
+    )
+    told = engine_header(embed(graph, environment))["segments"]
+    for entry, segment in zip(told, graph.segments, strict=True):
+        for tag, mask in segment.tags.items():
+            again = np.zeros(segment.n_frames, dtype=bool)
+            for first, last in entry["tags"][tag]:
+                again[first : last + 1] = True
+            assert np.array_equal(again, mask)
+
+
+def test_what_is_not_sound_is_refused(tmp_path):
+    graph, environment = random_problem(0, True)
+    blocked = Environment(environment.grid, np.ones_like(environment.blocked))
+    with pytest.raises(ExportError, match="nothing to export"):
+        engine_files(embed(graph, blocked))
+    embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
+    assert engine_files(embedding) == engine_files(embedding)
+    write(embedding, tmp_path / "a")
+    raw = bytearray((tmp_path / "a" / "embedding.npz").read_bytes())
+    raw[len(raw) // 2] ^= 1
+    (tmp_path / "a" / "embedding.npz").write_bytes(raw)
+    assert "damaged" in read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "a").stderr
+    header = json.loads((tmp_path / "a" / "embedding.json").read_text())
+    (tmp_path / "a" / "embedding.json").write_text(json.dumps({**header, "version": 2}))
+    assert (
+        "no embedding that this reader knows"
+        in read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "a").stderr
+    )
+
+
+def test_the_documentation_names_everything():
+    text = (ROOT / "docs" / "engine_format.md").read_text()
+    embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
+    header = engine_header(embedding)
+    names = {*header, *engine_arrays(embedding), *header["grid"], *header["segments"][0]}
+    assert {name for name in names if f"`{name}`" not in text} == set()
+    assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 200

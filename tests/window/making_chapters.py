@@ -1,0 +1,150 @@
+"""The first half of the session: from an empty scene to a painted floor."""
+
+import bpy
+import hand
+import picture
+from mathutils import Vector
+from scene_facts import JOB, badges, colors, everything, keep_picture, numbers, part, results, settings
+
+
+def install(note) -> hand.Turns:
+    """Install the extension from its zip, as Preferences > Get Extensions > Install from Disk does."""
+    archive = str(JOB / "wayfarer.zip")
+    done = bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
+    note("done", list(done))
+    hand.count_redraws()
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    bpy.context.scene.render.fps = 30
+    bpy.ops.ed.undo_push(message="Empty Scene")
+    view3d = hand.viewport().spaces.active.region_3d
+    view3d.view_location, view3d.view_distance = (1.15, 0.5, 0.0), 12.8
+    view3d.view_rotation = Vector((0.35, -0.75, 0.95)).to_track_quat("Z", "Y")
+    yield
+
+
+def look_around(note) -> hand.Turns:
+    """The sidebar before anything was done: every panel says what comes first."""
+    yield from hand.open_sidebar()
+    keep_picture("01_empty")
+    yield from hand.scroll(12)
+    keep_picture("01_empty_below")
+    yield from hand.scroll(-15)
+    yield from hand.close_panels()
+    note("panels", hand.panels())
+    note("disabled", [name for name in dir(bpy.ops.wayfarer) if not getattr(bpy.ops.wayfarer, name).poll()])
+
+
+def add_character(note) -> hand.Turns:
+    yield from hand.press_button("Clips", "wayfarer.add_sample_character")
+    yield from hand.until(lambda: settings().character is not None, "the character")
+    yield from hand.work_is_done()
+    note("clips", len(settings().clips))
+    keep_picture("02_clips")
+
+
+def add_room(note) -> hand.Turns:
+    yield from hand.open_panel("Environment")
+    # The button above this one opens a menu.
+    x, y = yield from hand.find_button("wayfarer.environment.ground_source")
+    yield from hand.click(x, y + 26)
+    yield from hand.redrawn()
+    keep_picture("03_menu_of_scenes")
+    yield from hand.press("DOWN_ARROW")
+    yield from hand.press("RET")
+    yield from hand.until(lambda: settings().environment.ground is not None, "the room")
+    yield from hand.redrawn()
+    note("ground", settings().environment.ground.name)
+    note("regions", len(settings().environment.regions))
+    note("collections", sorted(c.name for c in bpy.data.collections if c.name.startswith("Wayfarer")))
+    keep_picture("04_environment")
+
+
+def cancel_building(note) -> hand.Turns:
+    yield from _cancel(note, "Motion Graph", "wayfarer.build_motion_graph", "05_building")
+
+
+def build(note) -> hand.Turns:
+    yield from hand.press_button("Motion Graph", "wayfarer.build_motion_graph")
+    yield from hand.until(lambda: results().graph is not None, "the motion graph", 120)
+    yield from hand.work_is_done()
+    note("segments", numbers()["segments"])
+    keep_picture("06_motion_graph")
+
+
+def embed(note) -> hand.Turns:
+    yield from hand.press_button("Embedding", "wayfarer.embed")
+    yield from hand.until(lambda: results().embedding is not None, "the embedding", 120)
+    yield from hand.work_is_done()
+    note("nodes", numbers()["nodes"])
+    note("stale", badges())
+    keep_picture("07_embedding")
+
+
+def cancel_embedding(note) -> hand.Turns:
+    """On a finer grid, so that there is a middle to press Esc in; the result that is there must stay."""
+    environment = settings().environment
+    before, environment.cell_size = environment.cell_size, 0.06
+    yield from hand.redrawn()
+    yield from _cancel(note, "Embedding", "wayfarer.embed", "08_embedding_runs")
+    environment.cell_size = before
+    yield from hand.redrawn()
+    note("stale", badges())
+
+
+def _cancel(note, panel: str, operator: str, name: str) -> hand.Turns:
+    """Press a button, and Esc in the middle of its work."""
+    before, turns = everything(), 0
+    identifier = operator.replace("wayfarer.", "WAYFARER_OT_")
+    yield from hand.press_button(panel, operator)
+    yield from hand.until(lambda: identifier in hand.running(), f"{operator} to begin")
+    for _ in range(4):
+        yield
+        turns += identifier in hand.running()
+    keep_picture(name)
+    note("ran", turns)
+    yield from hand.press("ESC")
+    yield from hand.until(lambda: not hand.running(), f"{operator} to end", 10)
+    yield from hand.redrawn()
+    note("same", everything() == before)
+
+
+def paint(note) -> hand.Turns:
+    yield from hand.press_button("Map", "wayfarer.paint_map")
+    yield from hand.until(colors, "the painted floor")
+    yield from hand.work_is_done()
+    note("stale", badges())
+    keep_picture("09_map")
+
+
+def look_at_legend(note) -> hand.Turns:
+    """The legend is what disappears when it is switched off."""
+    with_it = picture.pixels()
+    settings().overlay.show_legend = False
+    yield from hand.redrawn()
+    without = picture.pixels()
+    settings().overlay.show_legend = True
+    yield from hand.redrawn()
+    view, side = hand.region(), hand.region("UI")
+    x, y, width, height = picture.changed_box(with_it, without) or (0, 0, 0, 0)
+    note("size", [width, height])
+    note("inside", view.x <= x and x + width <= side.x and view.y <= y and y + height <= view.y + view.height)
+    floor = part("render.floor").find_floor(bpy.context.scene)
+    legend = part("render.floor").floor_legend(floor)
+    shown = with_it[y : y + height, x : x + width]
+    wanted = [*legend.bar.stops, *(swatch.color for swatch in legend.swatches)]
+    note("farthest_color", max(picture.nearest_distance(shown, color) for color in wanted))
+    note("back", bool((picture.pixels()[y : y + height, x : x + width] == shown).all()))
+
+
+def undo_map(note) -> hand.Turns:
+    painted = colors()
+    yield from hand.press_in_viewport("Z", ctrl=True)
+    yield from hand.until(lambda: not colors(), "the floor to be gone")
+    yield from hand.redrawn()
+    note("gone", not numbers()["painted"])
+    yield from hand.press_in_viewport("Z", ctrl=True, shift=True)
+    yield from hand.until(colors, "the floor to be back")
+    yield from hand.redrawn()
+    note("same", colors() == painted and numbers()["painted"])
+    note("stale", badges())

@@ -1,0 +1,98 @@
+"""What there is in the scene and what was computed for it, in a form that can be compared and written down."""
+
+import hashlib
+import importlib
+from pathlib import Path
+
+import bpy
+import hand
+import numpy as np
+import picture
+
+#: Where pictures and the saved file go.
+JOB = Path(__file__).parent
+
+
+def part(name: str):
+    """A module of the extension, by its name in the folder addon."""
+    return importlib.import_module(f"{hand.EXTENSION}.addon.{name}")
+
+
+def results():
+    return part("state").results(bpy.context.scene)
+
+
+def settings():
+    return bpy.context.scene.wayfarer
+
+
+def keep_picture(name: str) -> None:
+    picture.save_picture(str(JOB / f"{name}.png"))
+
+
+def colors() -> str:
+    """What is painted on the floor, as a fingerprint; empty without a floor."""
+    floor = part("render.floor").find_floor(bpy.context.scene)
+    if floor is None:
+        return ""
+    attribute = floor.data.attributes.active_color
+    values = np.empty(4 * len(attribute.data), np.float32)
+    attribute.data.foreach_get("color", values)
+    return hashlib.sha256(values.tobytes()).hexdigest()
+
+
+def everything() -> str:
+    """What is in the scene and what was computed for it, as a fingerprint: the same if nothing was changed."""
+    scene, found = bpy.context.scene, results()
+    described = [
+        sorted((obj.name, [round(v, 6) for row in obj.matrix_world for v in row]) for obj in scene.objects),
+        sorted((action.name, tuple(action.frame_range)) for action in bpy.data.actions),
+        sorted((mesh.name, len(mesh.vertices)) for mesh in bpy.data.meshes),
+        sorted(collection.name for collection in bpy.data.collections),
+        scene.frame_current,
+        colors(),
+        repr(plain(scene.wayfarer)),
+        [id(found.graph), id(found.embedding), id(found.painted), id(found.walk)],
+        sorted(found.summary.items()),
+    ]
+    return hashlib.sha256(repr(described).encode()).hexdigest()
+
+
+def plain(group) -> dict:
+    """The settings of a property group, and of those inside it, as plain values."""
+    values = {}
+    for name in group.bl_rna.properties.keys():  # noqa: SIM118  (no mapping)
+        if name in ("rna_type", "name"):
+            continue
+        value = getattr(group, name)
+        if isinstance(value, bpy.types.PropertyGroup):
+            values[name] = plain(value)
+        elif isinstance(value, bpy.types.bpy_prop_collection):
+            values[name] = [plain(item) for item in value]
+        else:
+            values[name] = str(value[:]) if isinstance(value, bpy.types.bpy_prop_array) else repr(value)
+    return values
+
+
+def badges() -> dict[str, bool]:
+    """What the panels call out of date."""
+    state, scene = part("state"), bpy.context.scene
+    kinds = ("graph", "embedding", "map", "walk")
+    return {kind: getattr(state, f"{kind}_is_stale")(scene) for kind in kinds}
+
+
+def numbers() -> dict:
+    found = results()
+    return {
+        "segments": len(found.graph.segments) if found.graph else 0,
+        "nodes": found.embedding.n_nodes if found.embedding else 0,
+        "links": found.embedding.n_links if found.embedding else 0,
+        "walk": len(found.walk) if found.walk else 0,
+        "painted": part("state").find_painted(bpy.context.scene) is not None,
+    }
+
+
+def findings() -> dict[str, dict[str, str]]:
+    """What was found out, by its kind: the numbers that the panels show."""
+    numbers_of = part("findings.finding").numbers_of
+    return {kept.name: dict(numbers_of(kept)) for kept in settings().findings}
