@@ -74,7 +74,7 @@ class LiveEvaluation:
         self._steps: Generator[Progress, None, tuple[Embedding, PaintedMap]] | None = None
         self._round: _Round | None = None
         self._spent: dict[str, float] = {}
-        self._shown: tuple[_Wanted, PaintedMap] | None = None
+        self._shown: tuple[_Wanted, Embedding, PaintedMap] | None = None
         self._settings = ""
         self._latencies: deque[float] = deque(maxlen=_ROUNDS)
 
@@ -169,8 +169,10 @@ class LiveEvaluation:
         self.error = ""
         if fits and painted and not self._repaint:
             return
-        if fits and self._repaint and self._shown is not None and self._shown[0] == wanted:
-            self._paint(scene, found.embedding, self._shown[1], wanted.map_key, settings.map.offset)
+        shown = self._shown
+        # What fits may have been pruned since.
+        if fits and self._repaint and shown is not None and shown[0] == wanted and shown[1] is found.embedding:
+            self._paint(scene, found.embedding, shown[2], wanted.map_key, settings.map.offset)
             self._repaint = False
             return
         started = time.thread_time()
@@ -225,7 +227,7 @@ class LiveEvaluation:
         if task.up_to_date is None:
             keep_embedding(scene, embedding, task.shapes)
         self._paint(scene, found.embedding, painted, task.wanted.map_key, task.offset)
-        self._shown = task.wanted, painted
+        self._shown = task.wanted, found.embedding, painted
         self._repaint = False
         self._spent["paint"] = time.thread_time() - started
         self._latencies.append(sum(self._spent.values()))

@@ -78,15 +78,15 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
         uids = {action.session_uid for action in actions}
         uid, complete = armature.session_uid, False
         try:
-            tags = yield from portion(self._jump_steps(armature.session_uid, uids), 0.8, 1.0)
+            tags, unknown = yield from portion(self._jump_steps(armature.session_uid, uids), 0.8, 1.0)
             complete = True
         finally:
             if not complete:
                 remove_imported(uid, uids)
-        return uid, uids, problems, tags
+        return uid, uids, problems, tags, unknown
 
     def apply(self, context, result):
-        uid, uids, problems, tags = result
+        uid, uids, problems, tags, unknown = result
         armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
         actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
         for action_uid, (masks, first_frame) in tags.items():
@@ -103,14 +103,18 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
         settings.refresh_clips()
         for name, reason in problems:
             self.report({"WARNING"}, f"Left out '{name}': {reason}")
+        if unknown:
+            self.report({"WARNING"}, f"No jumps were tagged: {unknown}")
         jumps = f", {len(tags)} of them with jumps" if tags else ""
         self.report({"INFO"}, f"{counted(len(actions), 'clip')} imported{jumps}")
 
     def _jump_steps(self, uid: int, uids: set[int]):
-        """Tags of the actions that hold jumps, by their session id: (masks, first frame)."""
+        """Tags of the actions that hold jumps, by their session id: (masks, first frame); and, if jumps could not be
+        looked for, why.
+        """
         tag = self.jump_tag.strip()
         if not tag:
-            return {}
+            return {}, ""
         tags = {}
         for done, action_uid in enumerate(sorted(uids)):
             yield Progress(done / len(uids), "Looking for jumps")
@@ -119,9 +123,9 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
             clip = read_clip(armature, action)
             try:
                 mask = jump_mask(clip, self.jump_height)
-            except ClipError:
+            except ClipError as error:
                 # A character whose feet cannot be told is imported all the same.
-                return {}
+                return {}, str(error)
             if mask.any():
                 tags[action_uid] = {**clip.tags, tag: mask}, int(clip.first_frame)
-        return tags
+        return tags, ""

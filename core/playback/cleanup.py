@@ -7,10 +7,14 @@ splines; thigh and shin follow by inverse kinematics, in closed form, and the fo
 Where a leg would have to be straighter than it ever is, the hips are lowered a little, which is the paper's root
 adjustment. The paper also stretches bones; here they keep their lengths, because most rigs' legs are connected bones,
 which cannot be moved off their parents.
+
+A plant during which the foot travels too far is held in several places, and the foot makes a step from each to the
+next: it is lifted a little and eased over. That is not in the paper.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
@@ -25,13 +29,19 @@ from ..motion.kinematics import as_quaternions, as_rotation
 from ..motion.skeleton import Skeleton
 from ..motion.stature import rest_world
 from .companions import find_companions, move_companions
-from .plants import Plant, repeated, walk_plants
+from .plants import Plant, Stance, part, repeated, walk_plants
 from .splines import closing
 from .two_bone import Leg, find_leg, leg_turns
 from .walk import Walk
 
 _USUAL_EXTENSION = 90
 """Percentile of how straight a standing leg is in the motion: as straight as that it may get by the clean-up."""
+_LIFT, _LIFT_PER_METRE, _HIGHEST_LIFT = 0.03, 0.1, 0.06
+"""Metres, at a person's size, that a foot is lifted by for a step, how much more for each metre it steps, the most."""
+_RISE = 0.4
+"""Share of a step in which the foot gets up, and in which it gets down."""
+_OFF_GROUND = 0.01
+"""Metres, likewise: a foot that is lifted by more than that is not on the ground."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,8 @@ class FootCleanup:
         For each foot that was left as it is, a sentence that says why.
     touched : (F,) bool array
         Frames whose pose is not that of the clip given.
+    lifted : (F, 2) bool array
+        Frames in which the left (right) foot has been lifted off the ground, for a step that the given clip lacks.
     largest_shift, largest_drop : float
         Metres that a planted foot was moved by at the most, and the hips lowered.
     """
@@ -85,6 +97,7 @@ class FootCleanup:
     plants: tuple[Plant, ...]
     untreated: tuple[str, ...]
     touched: np.ndarray
+    lifted: np.ndarray
     largest_shift: float = 0.0
     largest_drop: float = 0.0
 
@@ -112,7 +125,7 @@ def clean_feet(
     try:
         plants = walk_plants(walk, settings.contacts)
     except ClipError as error:
-        return FootCleanup(clip, (), (str(error),), np.zeros(clip.n_frames, dtype=bool))
+        return _untouched(clip, str(error))
     if not closed:
         return hold_plants(clip, plants, settings)
     # The middle one of three laps knows what comes before and after it.
@@ -130,7 +143,12 @@ def clean_feet(
         clip=replace(clip, rotations=cleaned.clip.rotations[middle], translations=translations),
         plants=tuple(held),
         touched=cleaned.touched[middle],
+        lifted=cleaned.lifted[middle],
     )
+
+
+def _untouched(clip: MotionClip, *reasons: str) -> FootCleanup:
+    return FootCleanup(clip, (), reasons, np.zeros(clip.n_frames, dtype=bool), np.zeros((clip.n_frames, 2), dtype=bool))
 
 
 def _three_laps(clip: MotionClip) -> MotionClip:
@@ -157,7 +175,8 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     """The motion with the feet held in place on the ground during the given plants.
 
     Frames farther than the window from every plant stay exactly as they are. Where the hips are lowered, feet in the
-    air keep their place as well. Root path, heights and orientations of the feet, and bone lengths do not change.
+    air keep their place as well. For a step between parts of a plant (:func:`.plants.part`) a foot is lifted; but for
+    that its height does not change, nor do its orientation, the root path and bone lengths.
 
     Raises
     ------
@@ -173,18 +192,15 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     window = max(round(settings.window * clip.frame_rate), 1)
     size = relative_size(skeleton)
     rotations, positions = clip.world
-    held = [
-        part
-        for plant in plants
-        if plant.side in legs
-        for part in _split(plant, positions, settings.max_shift * size, window)
-    ]
+    stances = [part(plant, positions, settings.max_shift * size, window) for plant in plants if plant.side in legs]
+    held = [plant for stance in stances for plant in stance.parts]
     if not held:
-        return FootCleanup(clip, (), untreated, np.zeros(clip.n_frames, dtype=bool))
+        return _untouched(clip, *untreated)
 
-    moves = {side: np.zeros((clip.n_frames, 3)) for side in legs}
+    moves = {side: _foot_moves([s for s in stances if s.plant.side == side], positions, window, size) for side in legs}
+    lifted = np.zeros((clip.n_frames, 2), dtype=bool)
     for side, move in moves.items():
-        move[:, :2] = _foot_moves([plant for plant in held if plant.side == side], positions, window)
+        lifted[:, side] = move[:, 2] > _OFF_GROUND * size
     drop = _drop(legs, moves, held, positions, window, settings.max_drop * size)
     hips_move = -drop[:, None] * [0.0, 0.0, 1.0]
     touched = np.any([np.any(move != 0, axis=1) for move in moves.values()], axis=0) | (drop > 0)
@@ -208,55 +224,64 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
         plants=tuple(held),
         untreated=untreated,
         touched=touched,
-        largest_shift=max(float(np.linalg.norm(move, axis=1).max()) for move in moves.values()),
+        lifted=lifted,
+        largest_shift=max(float(np.linalg.norm(move[:, :2], axis=1).max()) for move in moves.values()),
         largest_drop=float(drop.max()),
     )
 
 
-def _split(plant: Plant, positions: np.ndarray, farthest: float, margin: int) -> list[Plant]:
-    """The plant, or the parts of it during which the foot stays where it is within ``farthest`` metres of a place.
+def _foot_moves(stances: list[Stance], positions: np.ndarray, window: int, size: float) -> np.ndarray:
+    """(F, 3) metres that a foot is moved by: what its plants take, eased in and out by splines, and lifts for steps.
 
-    It is parted where it is fastest; ``margin`` frames on each side are left free for a step.
-    """
-    shift = plant.shift(positions)
-    away = np.linalg.norm(shift - shift.mean(axis=0), axis=1)
-    if away.max() <= farthest:
-        return [plant]
-    fastest = plant.first + int(np.argmax(plant.speeds(positions, 1.0)))
-    parts = []
-    for first, last in ((plant.first, fastest - margin), (fastest + 1 + margin, plant.last)):
-        if last > first:
-            pivots = plant.pivots[first - plant.first : last + 1 - plant.first]
-            parts += _split(Plant(plant.side, first, last, pivots), positions, farthest, margin)
-    return parts
-
-
-def _foot_moves(plants: list[Plant], positions: np.ndarray, window: int) -> np.ndarray:
-    """(F, 2) metres that a foot is moved by: what its plants take, eased in and out by splines.
-
-    Each plant has the place that moves the foot the least, in the mean square.
+    Each part of a stance has the place that moves the foot the least, in the mean square.
     """
     n_frames = len(positions)
-    moves = np.zeros((n_frames, 2))
-    for i, plant in enumerate(plants):
+    moves = np.zeros((n_frames, 3))
+    for i, stance in enumerate(stances):
+        plant, parts = stance.plant, stance.parts
+        # With this alone the foot would stand where the plant begins, all the time.
         shift = plant.shift(positions)
-        shift -= shift.mean(axis=0)
-        moves[plant.first : plant.last + 1] = shift
-        if plant.n_frames < 2:
+        places = [shift[p.first - plant.first : p.last + 1 - plant.first].mean(axis=0) for p in parts]
+        for held, place in zip(parts, places, strict=True):
+            moves[held.first : held.last + 1, :2] = (
+                shift[held.first - plant.first : held.last + 1 - plant.first] - place
+            )
+        for (before, start), (after, end) in pairwise(zip(parts, places, strict=True)):
+            frames = np.arange(before.last + 1, after.first)
+            share = (frames - before.last) / (after.first - before.last)
+            # Neither speed nor acceleration at either end: where the foot is still low, it hardly travels.
+            ease = share**3 * (10 - 15 * share + 6 * share**2)
+            moves[frames, :2] = shift[frames - plant.first] - start - ease[:, None] * (end - start)
+            moves[frames, 2] += _lift(share, end - start, size)
+        first, last = parts[0].first, parts[-1].last
+        if first == last:
             continue
         # In the free frames the foot goes on as it comes from where it stands.
-        limits = (plants[i - 1].last if i > 0 else -window, plants[i + 1].first if i + 1 < len(plants) else n_frames)
-        for inner, step, free in (
-            (shift[:2], -1, plant.first - limits[0]),
-            (shift[:-3:-1], 1, limits[1] - plant.last),
+        limits = (
+            stances[i - 1].parts[-1].last if i > 0 else -window,
+            stances[i + 1].parts[0].first if i + 1 < len(stances) else n_frames,
+        )
+        for edge, step, free, cut, way in (
+            (first, -1, first - limits[0], first - plant.first, shift[first - plant.first] - shift[0]),
+            (last, 1, limits[1] - last, plant.last - last, shift[-1] - shift[last - plant.first]),
         ):
-            reach = min(window, free)
+            inner = moves[[edge, edge - step], :2]
+            reach = min(window + cut, free)
             steps = np.arange(1, reach)
-            frames = (plant.first if step < 0 else plant.last) + step * steps
+            frames = edge + step * steps
             inside = (frames >= 0) & (frames < n_frames)
             value, slope = closing(steps[inside], reach)
-            moves[frames[inside]] += value[:, None] * inner[0] + slope[:, None] * (inner[0] - inner[1])
+            moves[frames[inside], :2] += value[:, None] * inner[0] + slope[:, None] * (inner[0] - inner[1])
+            if cut > 0:
+                moves[frames[inside], 2] += _lift(steps[inside] / reach, way, size)
     return moves
+
+
+def _lift(share: np.ndarray, way: np.ndarray, size: float) -> np.ndarray:
+    """(n,) metres that a foot is lifted by at these shares of a step that takes it some ``way``, a (2,) array."""
+    height = min(_LIFT + _LIFT_PER_METRE * float(np.linalg.norm(way)) / size, _HIGHEST_LIFT) * size
+    # Up early and down late, so that the foot is in the air while it travels.
+    return height * (1 - closing(share / _RISE, 1)[0]) * (1 - closing((1 - share) / _RISE, 1)[0])
 
 
 def _drop(

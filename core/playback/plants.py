@@ -10,6 +10,9 @@ from ..motion.contacts import ContactSettings, joint_contacts
 from ..motion.joint_roles import foot_joints
 from .walk import Walk
 
+_HALF_STEP = 0.65
+"""Windows that a step takes on each side of where the foot is fastest."""
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -58,6 +61,58 @@ class Plant:
     def speeds(self, positions: np.ndarray, frame_rate: float) -> np.ndarray:
         """(n_frames - 1,) metres per second that the pivot slides on the ground from each frame to the next."""
         return np.linalg.norm(np.diff(self.shift(positions), axis=0), axis=1) * frame_rate
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A plant, and the parts of it in each of which the foot can be held in one place, in order.
+
+    Between two parts the foot makes a step; before the first and after the last one it is in the air: it comes later
+    or leaves earlier.
+    """
+
+    plant: Plant
+    parts: tuple[Plant, ...]
+
+
+def part(plant: Plant, positions: np.ndarray, farthest: float, window: int) -> Stance:
+    """Part a plant so that, where possible, no part moves the foot by more than ``farthest`` metres.
+
+    It is parted where the foot is fastest in ``positions`` (F, J, 3), by steps of about one and a half windows. Where
+    that is too near to an end for standing there, the plant loses up to ``window`` frames at that end instead.
+    """
+    return Stance(plant, tuple(_parts(plant, positions, farthest, window, (True, True))))
+
+
+def _parts(
+    plant: Plant, positions: np.ndarray, farthest: float, window: int, cuttable: tuple[bool, bool]
+) -> list[Plant]:
+    """``cuttable`` says whether the plant may lose frames at its start, and at its end."""
+    shift = plant.shift(positions)
+    if np.linalg.norm(shift - shift.mean(axis=0), axis=1).max() <= farthest:
+        return [plant]
+    first, last = plant.first, plant.last
+    # Half a step, and the least that a foot stands.
+    half, least = max(round(_HALF_STEP * window), 1), max(window // 2, 2)
+    low = first if cuttable[0] else first + least - 1 + half
+    high = last - 1 if cuttable[1] else last - least - half
+    if low > high:
+        return [plant]
+    fastest = low + int(np.argmax(plant.speeds(positions, 1.0)[low - first : high + 1 - first]))
+    before, after = fastest - half, fastest + 1 + half
+    stands_before, stands_after = before - first + 1 >= least, last - after + 1 >= least
+    if stands_before and stands_after:
+        return [
+            *_parts(plant.within(first, before), positions, farthest, window, (cuttable[0], False)),
+            *_parts(plant.within(after, last), positions, farthest, window, (False, cuttable[1])),
+        ]
+    if not stands_before and cuttable[0] and last - (first + window) + 1 >= least:
+        rest = plant.within(min(after, first + window), last)
+        return _parts(rest, positions, farthest, window, (False, cuttable[1]))
+    if not stands_after and cuttable[1] and (last - window) - first + 1 >= least:
+        rest = plant.within(first, max(before, last - window))
+        return _parts(rest, positions, farthest, window, (cuttable[0], False))
+    return [plant]
 
 
 def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:

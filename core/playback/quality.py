@@ -23,7 +23,7 @@ class FootSlide:
 
     Measured at what it stands on (:class:`.plants.Plant`), from each frame to the next. ``worst_frame`` is the first
     of the two frames of the walk; ``source_mean`` that of the clips that the walk is made of. All are 0 for a foot
-    that is never planted.
+    that is never planted. A foot that clean-up has lifted off the ground for a step does not slide meanwhile.
     """
 
     foot: str
@@ -130,18 +130,32 @@ class WalkQuality:
 
 
 def walk_quality(
-    walk: Walk, clip: MotionClip, contacts: ContactSettings | None = None, n_worst: int = 20
+    walk: Walk,
+    clip: MotionClip,
+    contacts: ContactSettings | None = None,
+    n_worst: int = 20,
+    lifted: np.ndarray | None = None,
 ) -> WalkQuality:
     """Measure the motion ``clip`` that a walk became, cleaned up or not. Frames are those of the walk, from 0.
 
-    WalkError if the clip has another number of frames than the walk.
+    ``lifted``, an (F, 2) bool array, says when the left and the right foot are in the air although the clips have
+    them planted: :attr:`.cleanup.FootCleanup.lifted`. Every other frame of a plant counts, held or not.
+
+    WalkError if the clip, or ``lifted``, has another number of frames than the walk.
     """
     if clip.n_frames != walk.seams[-1] + 1:
         raise WalkError(
             f"The motion has {clip.n_frames} frames and the walk {walk.seams[-1] + 1}; measure the motion at the "
             "motion graph's frame rate."
         )
-    feet, feet_unknown, worst = _slides(walk, clip, contacts or ContactSettings())
+    if lifted is None:
+        lifted = np.zeros((clip.n_frames, 2), dtype=bool)
+    if lifted.shape != (clip.n_frames, 2):
+        raise WalkError(
+            f"Lifted feet are given as {lifted.shape} values and the walk has {clip.n_frames} frames of two feet; give "
+            "those of the clean-up that made the motion."
+        )
+    feet, feet_unknown, worst = _slides(walk, clip, contacts or ContactSettings(), lifted)
     gap, gaps = _gaps(walk)
     speed_jump, turn_jump, jumps = _jumps(walk, clip)
     position_edit, heading_edit, edits = _edits(walk)
@@ -157,7 +171,7 @@ def foot_slide(plants: list[Plant], positions: np.ndarray, frame_rate: float) ->
     return np.concatenate([np.empty(0), *(plant.speeds(positions, frame_rate) for plant in plants)])
 
 
-def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings):
+def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings, lifted: np.ndarray):
     graph, skeleton = walk.embedding.graph, clip.skeleton
     try:
         joints = foot_joints(skeleton, settings.feet)
@@ -176,11 +190,17 @@ def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings):
                 for source, found in source_plants
             ]
         )
-        speeds = foot_slide(own, positions, graph.frame_rate)
+        speeds = [np.empty(0)]
         for plant in own:
             slide = plant.speeds(positions, graph.frame_rate)
+            # From the last frame on the ground to the first one off it the foot may slide, and back likewise.
+            up = lifted[plant.first : plant.last + 1, side]
+            grounded = ~(up[:-1] & up[1:])
+            speeds.append(slide[grounded])
+            slide = np.where(grounded, slide, 0.0)
             frame, value = plant.first + int(np.argmax(slide)), float(slide.max())
             worst.append(WorstFrame(frame, f"{name} slides", value, "m/s", value / NOTICEABLE["slide"]))
+        speeds = np.concatenate(speeds)
         frame = max(worst[-len(own) :], key=lambda entry: entry.value).frame if own else 0
         feet.append(
             FootSlide(

@@ -320,8 +320,8 @@ def test_a_character_without_feet_keeps_its_motion(walk):
     assert "NoSuchFoot" in cleaned.describe()
 
 
-def test_a_plant_that_travels_too_far_is_parted():
-    """A foot that is dragged for half a metre is not held in one place: it makes a step at its fastest frame."""
+def dragged(start, way=0.5):
+    """The rest pose for 60 frames, dragged along x in the ten frames from ``start`` on."""
     clip = replace(
         CLIP,
         rotations=np.tile(CLIP.skeleton.rest_rotations, (60, 1, 1)),
@@ -329,8 +329,14 @@ def test_a_plant_that_travels_too_far_is_parted():
         tags={},
         heading=None,
     )
-    share = np.clip((np.arange(60) - 25) / 10, 0, 1)
-    clip.translations[:, 0, 0] += 0.5 * (3 * share**2 - 2 * share**3)
+    share = np.clip((np.arange(60) - start) / 10, 0, 1)
+    clip.translations[:, 0, 0] += way * (3 * share**2 - 2 * share**3)
+    return clip
+
+
+def test_a_plant_that_travels_too_far_is_parted():
+    """A foot that is dragged for half a metre is not held in one place: it makes a step at its fastest frame."""
+    clip = dragged(25)
     toe = foot_joints(clip.skeleton)[0][1]
     cleaned = hold_plants(clip, [Plant(0, 0, 59, np.full(60, toe))], SETTINGS)
     assert len(cleaned.plants) == 2
@@ -340,3 +346,50 @@ def test_a_plant_that_travels_too_far_is_parted():
     assert cleaned.largest_shift <= SETTINGS.max_shift
     whole = hold_plants(clip, [Plant(0, 0, 59, np.full(60, toe))], CleanupSettings(max_shift=1.0))
     assert len(whole.plants) == 1
+
+
+def test_a_foot_is_lifted_for_the_step_between_two_parts():
+    """Up and down once, without jerks, and in the air while it travels from the one place straight to the other."""
+    clip = dragged(25)
+    toe = foot_joints(clip.skeleton)[0][1]
+    plant = Plant(0, 0, 59, np.full(60, toe))
+    cleaned = hold_plants(clip, [plant], SETTINGS)
+    first, second = cleaned.plants
+    place, raised = cleaned.clip.world[1][:, toe], cleaned.clip.world[1][:, toe, 2] - clip.world[1][:, toe, 2]
+    between = slice(first.last + 1, second.first)
+    assert 0.03 < raised.max() < 0.0601 and raised.min() > -1e-6
+    assert np.abs(np.delete(raised, np.r_[between])).max() < 1e-4
+    assert np.all(np.diff(place[:, 0]) > -1e-6) and np.ptp(place[:, 1]) < 1e-4
+    assert np.count_nonzero(np.diff(np.sign(np.diff(raised[first.last : second.first + 1])))) <= 2
+    assert np.abs(np.diff(place, n=2, axis=0)).max() < 0.04  # 36 m/s2, less than a foot's in walking
+    assert np.array_equal(cleaned.lifted[:, 0], raised > 0.01) and not cleaned.lifted[:, 1].any()
+    down = ~(cleaned.lifted[1:, 0] & cleaned.lifted[:-1, 0])
+    travelled = plant.speeds(cleaned.clip.world[1], 1.0)
+    assert travelled.sum() == pytest.approx(0.5, abs=0.02) and travelled[down].sum() < 0.1 * travelled.sum()
+
+
+@pytest.mark.parametrize("start", [-4, 52])
+def test_a_foot_that_travels_near_an_end_of_its_plant_comes_later_or_leaves_earlier(start):
+    clip = dragged(start, 0.8)
+    toe = foot_joints(clip.skeleton)[0][1]
+    cleaned = hold_plants(clip, [Plant(0, 0, 59, np.full(60, toe))], SETTINGS)
+    (held,) = cleaned.plants
+    window = round(SETTINGS.window * clip.frame_rate)
+    assert 0 < held.first <= window if start < 0 else 59 > held.last >= 59 - window
+    assert foot_slide([held], cleaned.clip.world[1], 30.0).max() < 1e-3
+    assert cleaned.lifted[:, 0].any() and not cleaned.lifted[held.first : held.last + 1, 0].any()
+
+
+def test_hardly_a_foot_slides_while_it_is_on_the_ground(walk, played, cleaned):
+    """The frames of steps that count as lifted are few, and so is what the others slide by."""
+    plants, positions = walk_plants(walk), cleaned.clip.world[1]
+    raised = positions[..., 2] - played.world[1][..., 2]
+    speeds = []
+    for plant in plants:
+        up = cleaned.lifted[plant.first : plant.last + 1, plant.side]
+        heights = raised[np.arange(plant.first, plant.last + 1), plant.pivots]
+        assert np.all(heights[up] > 0.009)
+        speeds.append(plant.speeds(positions, played.frame_rate)[~(up[1:] & up[:-1])])
+    counted = np.concatenate(speeds)
+    assert len(counted) > 0.95 * sum(plant.n_frames - 1 for plant in plants)
+    assert counted.mean() < 0.004 and counted.max() < 0.5

@@ -87,7 +87,7 @@ def numbers() -> dict:
         "segments": len(found.graph.segments) if found.graph else 0,
         "nodes": found.embedding.n_nodes if found.embedding else 0,
         "links": found.embedding.n_links if found.embedding else 0,
-        "walk": len(found.walk) if found.walk else 0,
+        "walk": len(found.walk) if part("state").find_walk(bpy.context.scene) else 0,
         "painted": part("state").find_painted(bpy.context.scene) is not None,
     }
 

@@ -120,12 +120,13 @@ def undo_walk(note) -> hand.Turns:
 
 def tune(note) -> hand.Turns:
     """Make the embedding smaller, measure it, and take that back by its button."""
-    before = numbers()
+    before, painted = numbers(), colors()
     yield from hand.press_button("Tuning", "wayfarer.prune")
     yield from hand.until(lambda: results().pruning is not None, "the pruned embedding", 120)
     yield from hand.work_is_done()
     note("before", before)
     note("pruned", numbers())
+    yield from hand.until(lambda: colors() != painted, "the map of what is left")
     keep_picture("15_tuning")
     # Of what is left, because that is measured sooner.
     settings().evaluation.n_pairs = 20
@@ -137,6 +138,7 @@ def tune(note) -> hand.Turns:
     yield from hand.press_button("Tuning", "wayfarer.restore_embedding")
     yield from hand.until(lambda: results().pruning is None, "the whole embedding", 60)
     yield from hand.work_is_done()
+    yield from hand.until(lambda: colors() == painted, "the map of the whole")
     note("restored", numbers())
     note("stale", badges())
 
