@@ -353,7 +353,7 @@ def test_a_start_far_away_is_told(settings):
 # ------------------------------------------------------------------------------------------------- import
 
 
-def test_a_cancelled_import_leaves_nothing(sample_file, tmp_path):
+def test_a_cancelled_import_leaves_nothing(sample_file, tmp_path, capfd):
     text = """HIERARCHY
 ROOT Hips
 {
