@@ -23,7 +23,7 @@ python3 dev.py COMMAND
 
   demo   [--clips BVH_FOLDER] [--blend FILE] [--out FOLDER]
          Run the whole workflow without a window and write pictures and files to FOLDER (default: demo).
-  command FILE.blend -- evaluate|walk|export [OPTIONS]
+  command FILE.blend -- evaluate|walk|report|export [OPTIONS]
          What Blender's command line does (--command wayfarer), without Blender; -- --help lists it all.
   study  FILE.toml [--out FOLDER] [--scheduler ADDRESS] [--workers N]
          Measure many scenes, clip sets and settings on all cores, or on a Dask cluster; start it again to go on.

@@ -71,7 +71,7 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
                     threads_per_worker=1,
                     processes=True,
                     host="127.0.0.1",
-                    dashboard_address=":0",
+                    dashboard_address="127.0.0.1:0",
                 )
             )
         else:

@@ -1,4 +1,4 @@
-"""The command line: ``blender scene.blend --background --command wayfarer evaluate|walk|export|study ...``.
+"""The command line: ``blender scene.blend --background --command wayfarer evaluate|walk|report|export|study ...``.
 
 The same through the bpy module: ``python3 dev.py command scene.blend -- evaluate ...``. Standard output holds nothing
 but what was asked for; progress and whatever Blender has to say go to standard error (in Blender itself from the moment
@@ -13,26 +13,28 @@ import json
 import math
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..core.errors import MotionGraphError
-from ..core.evaluation.goals import goal_at
 from ..core.evaluation.variability import floor_variability_steps
-from ..core.playback.directed import walk_through_steps
-from ..core.playback.walk import nearest_node, random_node
-from ..core.playback.wandering import wandering_walk_steps
+from ..core.report.scene_report import write_report
 from .advice import clip_advice, embedding_advice, environment_advice
 from .command_output import Aloud, clean_output, finish_aloud, say, summary_lines
 from .command_scene import CommandError, choose_character, find_scene, open_blend
 from .engine_folder import write_engine_folder
 from .overrides import apply_override
+from .properties.walk import WalkStyle, WalkTarget
+from .scene_report import scene_report_steps
 from .state import embedding_is_stale, graph_is_stale, results
 from .study import add_study_options, run_study
 from .walks.baking import bake_motion
 from .walks.motion import motion_steps, read_motion_request
+from .walks.planning import walk_steps
+from .walks.request import read_request
 from .workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
 
 NAME = "wayfarer"
@@ -64,17 +66,22 @@ def walk(options: argparse.Namespace, scene) -> dict:
         settings.duration = options.duration
     if options.seed is not None:
         settings.seed = options.seed
+    if options.to:
+        settings.style, settings.target = WalkStyle.PLACE.name, WalkTarget.CURSOR.name
+        scene.cursor.location.xy = options.to
+        settings.walk_on = options.duration is not None
+    if options.within is not None:
+        settings.nearness = options.within
     _embed(scene)
-    embedding, rng = results(scene).embedding, np.random.default_rng(settings.seed)
+    embedding = results(scene).embedding
     if embedding.n_nodes == 0:
         raise CommandError(embedding_advice(scene)[0] + ".")
-    start = nearest_node(embedding, options.start, rng) if options.start else None
-    if options.to:
-        whence = start if start is not None else random_node(embedding, rng)
-        made = finish_aloud(walk_through_steps(embedding, whence, [goal_at(embedding, tuple(options.to))]))
-    else:
-        made = finish_aloud(wandering_walk_steps(embedding, rng, settings.duration, start))
-    action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene))))
+    request = read_request(bpy.context)
+    if options.start:
+        request = replace(request, start=tuple(options.start))
+    made = finish_aloud(walk_steps(embedding, request))
+    closed = request.style is WalkStyle.LOOP
+    action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene, closed=closed))))
     path = made.root_path
     return {
         "walk": {
@@ -87,6 +94,15 @@ def walk(options: argparse.Namespace, scene) -> dict:
             "frames": [scene.frame_start, scene.frame_end],
         }
     }
+
+
+def report(options: argparse.Namespace, scene) -> dict:
+    """Write the report of the scene."""
+    _embed(scene)
+    if results(scene).embedding.n_nodes == 0:
+        raise CommandError(embedding_advice(scene)[0] + ".")
+    files = write_report(options.folder.resolve(), finish_aloud(scene_report_steps(scene, options.thorough)))
+    return {"report": {"folder": str(options.folder.resolve()), "files": [path.name for path in files]}}
 
 
 def export(options: argparse.Namespace, scene) -> dict:
@@ -189,7 +205,12 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--seed", metavar="N", type=_natural, help="another number, another walk")
     place = {"metavar": ("X", "Y"), "nargs": 2, "type": _coordinate}
     command.add_argument("--from", **place, dest="start", help="where to start (m); default: anywhere")
-    command.add_argument("--to", **place, help="walk there (m) the quickest way, instead of wandering for a time")
+    command.add_argument("--to", **place, help="walk there (m) the quickest way; with --duration, wander on")
+    command.add_argument("--within", metavar="METRES", type=_positive, help="how near to come with --to")
+    command = commands.add_parser("report", parents=[common], help="a page on the scene, with its tables and pictures")
+    command.set_defaults(work=report)
+    command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")
+    command.add_argument("--thorough", action="store_true", help="look at everything, which takes longer")
     command = commands.add_parser("export", parents=[common], help="embedding and clips for engines")
     command.set_defaults(work=export)
     command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")

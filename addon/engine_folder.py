@@ -39,6 +39,10 @@ def write_engine_folder(scene, embedding: Embedding, folder: Path, with_clips: b
     Raises ExportError if there is nothing to export or Blender cannot, StorageError if a file cannot be written.
     """
     files = engine_files(embedding)
+    # A folder with an earlier export is written anew; a project's own README is not ours to replace.
+    foreign = [name for name in (*files, "README.md", CLIPS_FILE) if (folder / name).exists()]
+    if foreign and not (folder / READER.name).exists():
+        raise ExportError(f"'{folder}' holds a '{foreign[0]}' of something else; choose an empty folder.")
     for name, raw in files.items():
         write_whole(folder / name, raw)
     try:

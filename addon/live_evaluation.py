@@ -144,6 +144,10 @@ class LiveEvaluation:
                     break
         except MotionGraphError as error:
             self._steps, self.error = None, str(error)
+        except BaseException:
+            # Not handled here, but the round is over: nothing goes on from where it broke.
+            self._steps, self._stale = None, False
+            raise
         return self._steps is None and not self._stale
 
     def _begin(self, scene, depsgraph, map_only: bool) -> None:

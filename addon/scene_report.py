@@ -16,5 +16,7 @@ def scene_report_steps(scene, thorough: bool) -> Generator[Progress, None, Scene
     goal = None
     with contextlib.suppress(EvaluationError):
         goal = Goal(query.words, query_nodes(embedding, query))
-    options = ReportOptions(scene.name, thorough=thorough, goal=goal, seed=scene.wayfarer.evaluation.seed)
+    character = scene.wayfarer.character
+    title = f"{character.name} in {scene.name}" if character is not None else scene.name
+    options = ReportOptions(title, thorough=thorough, goal=goal, seed=scene.wayfarer.evaluation.seed)
     return (yield from examine_scene_steps(embedding, options))

@@ -69,7 +69,8 @@ class SceneResults:
     actions go, by fingerprint. ``actions`` are the fingerprints of actions as last seen, by name.
 
     ``pending`` reads results that were saved, when they are asked for first; ``problem`` says why they could not be
-    read. ``encoded`` are results as bytes, with what they were made of, ``stored_bytes`` what they take in the file.
+    read, ``unread`` are those, as they lay in the file. ``encoded`` are results as bytes, with what they were made of,
+    ``stored_bytes`` what they take in the file.
     """
 
     health: dict[tuple[str, str, str], ClipHealth] = field(default_factory=dict)
@@ -91,6 +92,7 @@ class SceneResults:
     prunings: list[Pruning] = field(default_factory=list)
     pending: Callable[["SceneResults"], None] | None = None
     problem: str = ""
+    unread: dict[str, Any] = field(default_factory=dict)
     encoded: dict[str, tuple[Any, bytes]] = field(default_factory=dict)
     stored_bytes: int = 0
 
@@ -128,6 +130,12 @@ def has_pending(scene) -> bool:
     """Whether results were saved with the scene that nobody has asked for yet."""
     found = _by_scene.get(scene.session_uid)
     return found is not None and found.pending is not None
+
+
+def has_results(scene) -> bool:
+    """Whether there are results of a scene, read or not yet read."""
+    found = _by_scene.get(scene.session_uid)
+    return found is not None and (found.pending is not None or found.graph is not None or bool(found.problem))
 
 
 def keep_health(scene, action: str, seen: str, health: ClipHealth) -> None:
@@ -179,6 +187,7 @@ def keep_graph(scene, graph: MotionGraph, actions: str) -> None:
     """Keep a motion graph made from actions with the fingerprint ``actions``."""
     found = results(scene)
     found.graph, found.graph_summary, found.problem = graph, summarize(graph), ""
+    found.unread = {}
     found.made_for = played_by(scene)
     found.made_from["graph"] = (graph_settings_fingerprint(scene), actions)
     found.present["graph"] = actions
@@ -356,6 +365,8 @@ AT_WORK: list[Callable[[Any], bool]] = []
 def _settle() -> float | None:
     """Timer: the changes have come to an end."""
     scene = bpy.context.scene
+    if scene is None:
+        return None
     if any(at_work(scene) for at_work in AT_WORK):
         return _SETTLED
     if scene.session_uid in _by_scene:

@@ -26,7 +26,17 @@ from ..core.motion.graph_summary import summarize
 from ..core.playback.walk import Walk
 from .examination import ClipMotion
 from .pruning import pruning_from_plain, pruning_to_plain
-from .state import MARK, SceneResults, find_painted, find_walk, has_pending, keep_pending, played_by, results
+from .state import (
+    MARK,
+    SceneResults,
+    find_painted,
+    find_walk,
+    has_pending,
+    has_results,
+    keep_pending,
+    played_by,
+    results,
+)
 
 PROPERTY = "wayfarer_results"
 """Custom property of scenes in files: a group of bytes and of one text in JSON."""
@@ -47,7 +57,8 @@ def encoded_results(scene) -> dict[str, bytes | str] | None:
     """The results of a scene as they are written into the file; None if it has none."""
     found = results(scene)
     if found.graph is None:
-        return None
+        # What cannot be read here may be readable elsewhere: by a later version, for example.
+        return found.unread or None
     header = {
         "version": _VERSION,
         "made_from": found.made_from,
@@ -119,7 +130,7 @@ def decoded_results(scene, stored: dict[str, bytes | str], found: SceneResults) 
     except (MotionGraphError, LookupError, TypeError, ValueError, AttributeError) as error:
         # Nothing by halves: what was filled in before the trouble came is of no use.
         found.graph = found.graph_summary = found.embedding = found.walk = found.painted = None
-        found.prunings = []
+        found.prunings, found.unread = [], stored
         found.problem = f"The results that were saved with this scene cannot be used: {_phrase(error)}. Compute anew"
 
 
@@ -206,7 +217,9 @@ def _after_load(*_) -> None:
         group = scene.get(PROPERTY)
         if group is None:
             continue
-        if not has_pending(scene):
+        # Of a linked scene the property cannot be removed: it is read once.
+        known = has_pending if scene.library is None else has_results
+        if not known(scene):
             _keep(scene, group)
         if scene.library is None:
             del scene[PROPERTY]

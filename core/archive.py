@@ -39,7 +39,7 @@ _MAX_HEADER_BYTES = 64_000_000
 _MAX_BYTES = 4_000_000_000
 
 #: What reading damaged or made up bytes can end in, besides the sentences of this module.
-_DAMAGE = (
+DAMAGE = (
     zipfile.BadZipFile,
     zlib.error,
     ArithmeticError,
@@ -125,7 +125,7 @@ def archive_from_bytes(
         return build(header["content"], {name: _decoded(encoded[name], *kinds[name]) for name in kinds})
     except form.error:
         raise
-    except _DAMAGE as problem:
+    except DAMAGE as problem:
         raise form.error(f"{damaged} ({problem}).") from problem
 
 

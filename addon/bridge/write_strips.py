@@ -30,6 +30,19 @@ _STASH = "[Action Stash]"
 """Blender's own name for tracks that keep an action that would otherwise be lost."""
 
 
+def strip_cuts(clip: MotionClip, seams: np.ndarray) -> np.ndarray:
+    """(n + 1,) frames of the scene at which the strips of a motion begin, and the last one ends.
+
+    WalkError if one of them would be shorter than a frame of the scene.
+    """
+    resampled = at_scene_rate(clip)
+    frames = np.rint(np.asarray(seams) * resampled.frame_rate / clip.frame_rate).astype(int)
+    cuts = np.minimum(frames, resampled.n_frames - 1)
+    if np.any(np.diff(cuts) < 1):
+        raise WalkError("A segment of the walk is shorter than one frame of the scene; raise the scene's frame rate.")
+    return cuts
+
+
 def write_strips(
     armature_object,
     clip: MotionClip,
@@ -76,11 +89,7 @@ def write_strips(
             "of the walk that the motion was made of."
         )
     binding = binding or bind_rig(armature_object)
-    rate = clip.frame_rate
-    clip = at_scene_rate(clip)
-    cuts = np.minimum(np.rint(seams * clip.frame_rate / rate).astype(int), clip.n_frames - 1)
-    if np.any(np.diff(cuts) < 1):
-        raise WalkError("A segment of the walk is shorter than one frame of the scene; raise the scene's frame rate.")
+    cuts, clip = strip_cuts(clip, seams), at_scene_rate(clip)
     # The frame of a seam belongs to both strips.
     lengths = np.diff(cuts) + 1
     starts = np.cumsum(lengths) - lengths

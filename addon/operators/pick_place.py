@@ -72,11 +72,20 @@ class WAYFARER_OT_pick_place(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
+        try:
+            return self._modal(context, event)
+        except BaseException:
+            # Not handled here, but cursor, timer and drawing must not outlive the operator.
+            self._stop(context)
+            raise
+
+    def _modal(self, context, event):
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             self._stop(context)
             return {"CANCELLED"}
         embedding = results(context.scene).embedding
-        if embedding is None or context.area is None:
+        # Another editor may have taken the viewport's place.
+        if embedding is None or context.area is None or context.area.type != "VIEW_3D":
             self._stop(context)
             return {"CANCELLED"}
         if event.type == "TIMER":

@@ -32,6 +32,10 @@ class WAYFARER_OT_pick_walks_from(AsksEmbedding, bpy.types.Operator):
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             self._stop(context)
             return {"CANCELLED"}
+        # Another editor may have taken the viewport's place.
+        if context.area is None or context.area.type != "VIEW_3D":
+            self._stop(context)
+            return {"CANCELLED"}
         if event.type != "LEFTMOUSE" or event.value != "PRESS":
             return {"PASS_THROUGH"}
         region = viewport_under(context, event)

@@ -30,7 +30,7 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
     k: IntProperty(
         name="Keep Best",
         description="Segments kept at each place and heading: the k of local pruning",
-        default=5,
+        default=16,
         min=1,
         soft_max=50,
         options=set(),

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from ...core.errors import SceneError
 from ..bridge.write_colors import ground_grid, paint, painted_ground
 from ..scene_collections import OUTPUT, ensure_collection, find_collection
 from .map_legend import MapLegend
@@ -22,6 +23,9 @@ def put_on_floor(scene, grid, ground_height: float, offset: float, painted: Pain
     ``grid`` is the core's Grid, ``ground_height`` and ``offset`` are metres.
     """
     nx, ny, _ = grid.shape
+    earlier = find_floor(scene)
+    if earlier is not None and earlier.data.is_editmode:
+        raise SceneError(f"The floor '{earlier.name}' is being edited; leave Edit Mode, so that it can be painted.")
     above = max(offset, _APART * float(np.hypot(*grid.size)))
     collection = ensure_collection(scene, OUTPUT)
     x, y = grid.origin

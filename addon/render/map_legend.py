@@ -1,7 +1,7 @@
 """What the colours of a painted floor mean: kept with the floor, shown in the panel and in the viewport."""
 
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 
 SRGB = tuple[float, float, float]
 
@@ -70,9 +70,6 @@ class MapLegend:
             swatches=tuple(Swatch(_color(s["color"]), str(s["text"]), str(s["value"])) for s in read["swatches"]),
             numbers=tuple((str(name), str(value)) for name, value in read["numbers"]),
         )
-
-    def without_numbers(self) -> "MapLegend":
-        return replace(self, numbers=())
 
 
 def _color(values) -> SRGB:

@@ -6,7 +6,7 @@ import numpy as np
 from ...core.motion.clip import MotionClip
 from ...core.playback.walk import Walk
 from ..bridge.write_action import assign_action, write_clip
-from ..bridge.write_strips import remove_strips, write_strips
+from ..bridge.write_strips import remove_strips, strip_cuts, write_strips
 from ..clip_actions import WALK_PROPERTY
 from ..properties.walk import WalkOutput
 from ..render.walk_curve import remove_walk_curve, walk_curve
@@ -89,6 +89,7 @@ def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
 
 def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Action, float]:
     # Fails here, before anything is changed, if it is going to.
+    strip_cuts(clip, walk.seams)
     bpy.data.actions.remove(write_clip(character, clip, clip.name, FIRST_FRAME))
     remove_strips(character)
     _remove_earlier(character)

@@ -58,6 +58,8 @@ def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
     starts = _starts(embedding, n_walkers, rng, spacing)
     planned = crowd_steps(embedding, starts, duration, rng, CrowdSettings(spacing / 2, weighting))
     crowd = _without_spares((yield from portion(planned, 0.0, _PLANNED)), n_walkers)
+    if not crowd.walks:
+        raise WalkError(crowd.unserved[0].reason if crowd.unserved else "Nobody found a place to start from.")
     made: list[str] = []
     try:
         binding = bind_rig(bpy.data.objects[character])

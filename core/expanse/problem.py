@@ -148,6 +148,8 @@ def create_problem(
         raise EmbeddingError("The tile is smaller than the longest step; embed it in one process.")
     parcel_cells = max(int(parcel_size / grid.cell_size), 1)
     plan_parcels(grid, halo_x, halo_y, parcel_cells)
+    if (folder / "problem.json").exists():
+        raise EmbeddingError(f"'{folder}' holds a large ground already; choose another folder, or delete it.")
     folder.mkdir(parents=True, exist_ok=True)
     save_motion_graph(graph, folder / "graph.npz")
     np.save(folder / "blocked.npy", environment.blocked)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, StepNetwork, difference, intersection, union
+from ..embedding.network import difference, intersection, union
 from ..embedding.unroll import unroll_steps
 from ..evaluation.variability import floor_variability
 from ..progress import finish
@@ -35,11 +35,6 @@ class Told:
 
     n_nodes: int
     mail: tuple[tuple[int, str], ...] = ()
-
-
-def _own(folder: str, index: int, nodes: Nodes, network: StepNetwork) -> list[int]:
-    own = open_problem(folder).own(index)
-    return [plane & own for plane in planes_of(network, nodes)]
 
 
 def _everywhere(folder: str, index: int) -> list[int]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..archive import ArchiveFormat, archive_from_bytes, archive_to_bytes, load_archive, require, save_archive
+from ..archive import DAMAGE, ArchiveFormat, archive_from_bytes, archive_to_bytes, load_archive, require, save_archive
 from ..errors import StudyError
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
@@ -65,7 +65,7 @@ def holds_motion_graph(path: str | os.PathLike) -> bool:
         with zipfile.ZipFile(Path(path)) as archive, archive.open("header.npy") as header:
             raw = np.lib.format.read_array(header, allow_pickle=False).tobytes()
         return json.loads(raw)["format"] == f"wayfarer {GRAPH_FORMAT.name}"
-    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile):
+    except DAMAGE:
         return False
 
 

@@ -75,6 +75,18 @@ def test_settings_are_overridden(sample_settings, run, tmp_path):
     assert sample_settings.environment.cell_size == 0.5
 
 
+def test_report_is_written(sample_file, run, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=sample_file)
+    bpy.ops.wayfarer.refresh_clips()
+    folder = tmp_path / "ein Bericht"
+    coarse = ("--set", "cell_size=0.5", "--set", "n_headings=8")
+    code, out, err = run("report", folder, "--json", "-", *coarse)
+    assert code == 0, err
+    files = json.loads(out)["report"]["files"]
+    assert {"report.html", "report.json"} <= set(files) == {path.name for path in folder.iterdir()}
+    assert bpy.context.scene.wayfarer.character.name in (folder / "report.html").read_text("utf-8")
+
+
 def test_walk_is_baked_and_saved_only_where_told(sample_file, run, tmp_path):
     before = hashlib.sha256(Path(sample_file).read_bytes()).hexdigest()
     bpy.ops.wm.open_mainfile(filepath=sample_file)
@@ -96,6 +108,11 @@ def test_walk_is_baked_and_saved_only_where_told(sample_file, run, tmp_path):
     assert (scene.frame_start, scene.frame_end) == tuple(numbers["walk"]["frames"])
     assert scene.wayfarer.character.animation_data.action.name == numbers["walk"]["action"]
     assert not state.walk_is_stale(scene)
+    # The styles of the panel: a loop ends where it began.
+    code, out, err = run("walk", "--duration", 5, "--set", "style=LOOP", "--json", "-")
+    assert code == 0, err
+    loop = json.loads(out)["walk"]
+    assert np.allclose(loop["from"], loop["to"], atol=1e-6) and loop["metres"] > 0.5
     # Over the step and to a place, from the embedding in the file.
     code, out, err = run("walk", "--from", -2, -2, "--to", 2, 3, "--json", "-")
     assert code == 0 and "Choosing cuts" not in err

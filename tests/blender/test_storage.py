@@ -190,6 +190,8 @@ def test_damaged_results_are_told_and_left_out(built):
         assert found.graph is None and found.embedding is None and found.walk is None, name
         assert "cannot be used" in found.problem and found.problem.endswith("Compute anew"), name
         assert stale() == FRESH and state.find_painted(scene) is None, name
+        # A later version may be able to read them: saving does not lose them.
+        assert storage.encoded_results(scene) == parts, name
     # And the way on is open.
     build()
     assert scene_results().problem == ""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given, reject, settings
 from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
@@ -80,7 +80,7 @@ def test_parcels_agree_with_the_whole(seed, tiled, explicit_links):
         try:
             create_problem(folder, graph, environment, options, parcel_size=8 * environment.grid.cell_size)
         except EmbeddingError:
-            return  # a step longer than a parcel
+            reject()  # a step longer than a parcel
         found = embed_expanse(folder, explicit_links=explicit_links)
         assert np.array_equal(assembled(folder, whole), whole.node_mask())
         assert (found.n_nodes, found.n_links) == (whole.n_nodes, whole.n_links)
@@ -198,3 +198,9 @@ def test_refuses_parcels_shorter_than_a_step(tmp_path):
     tiny = Environment(Grid((1, 30, 4), 0.05, tiled=True), np.zeros((4, 120), dtype=bool))
     with pytest.raises(EmbeddingError, match="tile is smaller"):
         create_problem(tmp_path, graph, tiny, EmbeddingSettings(), 5.0)
+
+
+def test_a_folder_holds_one_ground_only(tmp_path):
+    small_ground(tmp_path)
+    with pytest.raises(EmbeddingError, match="holds a large ground already"):
+        small_ground(tmp_path)
