@@ -18,6 +18,7 @@ from .examine_clips import WAYFARER_OT_examine_clips
 from .export_engine import WAYFARER_OT_export_engine
 from .export_results import WAYFARER_OT_export_results
 from .find_deletable import WAYFARER_OT_find_deletable
+from .fit_radius import WAYFARER_OT_fit_radius
 from .guess_weights import WAYFARER_OT_guess_weights
 from .import_bvh import WAYFARER_OT_import_bvh
 from .jump_to_frame import WAYFARER_OT_jump_to_frame
@@ -49,6 +50,7 @@ _CLASSES = (
     WAYFARER_OT_examine_clips,
     WAYFARER_OT_apply_remedy,
     WAYFARER_OT_show_contacts,
+    WAYFARER_OT_fit_radius,
     WAYFARER_OT_guess_weights,
     WAYFARER_OT_build_motion_graph,
     WAYFARER_OT_add_region,

@@ -16,6 +16,25 @@ _STATURE_TO_LEGS = 1.55 / _LEGS
 _PERSONS = (0.8, 1.25)
 
 
+#: What flesh adds to the shoulders' joints on each side, and half the width of a body without arms: shares of the legs
+#: and of the height of a person who needs 0.25 m.
+_FLESH, _HALF_WIDTH = 0.09, 0.145
+
+
+def body_radius(skeleton: Skeleton) -> float:
+    """Metres that a walking character needs to each side: half the width of its shoulders, and flesh.
+
+    Arms that swing out farther are left out, as by someone who passes through a door. Of a skeleton whose arms or legs
+    cannot be told, a share of its height.
+    """
+    roles, positions = guess_joint_roles(skeleton), rest_world(skeleton)[1]
+    arms = [roles.get((JointRole.UPPER_ARM, side), ()) for side in ("left", "right")]
+    if not all(arms) or not all(roles.get((role, "left"), ()) for role in (JointRole.THIGH, JointRole.SHIN)):
+        return _HALF_WIDTH * stature(skeleton)
+    left, right = (positions[joints[0]] for joints in arms)
+    return 0.5 * float(np.linalg.norm(left - right)) + _FLESH * _LEGS * relative_size(skeleton)
+
+
 def relative_size(skeleton: Skeleton) -> float:
     """Size beside a person's: 1 for everyone of human size, 10 for a giant of 17 m.
 

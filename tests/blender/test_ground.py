@@ -75,3 +75,13 @@ def test_typed_in_needs_neither_ground_nor_obstacles(sample_settings):
     assert not state.embedding_is_stale(bpy.context.scene)
     environment.ground_high[1] = 6
     assert state.embedding_is_stale(bpy.context.scene)
+
+
+def test_radius_from_the_character():
+    environment = bpy.context.scene.wayfarer.environment
+    with pytest.raises(RuntimeError, match="Choose a character first"):
+        bpy.ops.wayfarer.fit_radius()
+    bpy.ops.wayfarer.add_sample_character()
+    environment.radius = 1.0
+    assert bpy.ops.wayfarer.fit_radius() == {"FINISHED"}
+    assert 0.2 < environment.radius < 0.32

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.motion.body_size import relative_size
+from core.motion.body_size import body_radius, relative_size
 from core.motion.contacts import foot_contacts
 from core.motion.distance import pose_features, transition_costs
 from core.motion.repertoire import sample_repertoire
@@ -39,3 +39,17 @@ def test_without_legs_stature_tells():
     assert relative_size(replace(skeleton, rest_translations=skeleton.rest_translations * 10)) == pytest.approx(
         10, rel=0.1
     )
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
+def test_the_radius_holds_the_shoulders_and_grows_with_the_body(size):
+    skeleton = as_large_as(size).skeleton
+    left, right = (skeleton.rest_world[1][skeleton.names.index(f"{side}Arm")] for side in ("Left", "Right"))
+    half_shoulders = np.linalg.norm(left - right) / 2
+    assert half_shoulders + 0.06 * size < body_radius(skeleton) < half_shoulders + 0.09 * size
+    assert 0.2 * size < body_radius(skeleton) < 0.32 * size
+
+
+def test_the_radius_of_a_body_without_known_arms_is_a_share_of_its_height():
+    skeleton = replace(CLIP.skeleton, names=tuple(f"bone{i}" for i in range(CLIP.skeleton.n_joints)))
+    assert 0.2 < body_radius(skeleton) < 0.32

@@ -43,7 +43,9 @@ class WAYFARER_PT_body(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         layout, settings = split_properties(self.layout), context.scene.wayfarer.environment
-        layout.prop(settings, "radius")
+        row = layout.row(align=True)
+        row.prop(settings, "radius")
+        row.operator("wayfarer.fit_radius", text="", icon="ARMATURE_DATA")
         layout.prop(settings, "step_height")
         layout.prop(settings, "head_height")
 
