@@ -44,6 +44,14 @@ def session() -> Session:
     reason = why_not_here(root)
     if reason:
         pytest.skip(reason)
+    found = _run(root)
+    if found.code != 0 or any("failed" in facts for facts in found.facts.values()):
+        # Once more: a window on a busy machine is at the mercy of others. What is wrong is wrong again.
+        found = _run(root)
+    return found
+
+
+def _run(root: Path) -> Session:
     PICTURES.mkdir(parents=True, exist_ok=True)
     for old in PICTURES.glob("*.png"):
         old.unlink()
