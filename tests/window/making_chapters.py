@@ -119,22 +119,34 @@ def paint(note) -> hand.Turns:
 
 def look_at_legend(note) -> hand.Turns:
     """The legend is what disappears when it is switched off."""
-    with_it = picture.pixels()
-    settings().overlay.show_legend = False
-    yield from hand.redrawn()
-    without = picture.pixels()
-    settings().overlay.show_legend = True
-    yield from hand.redrawn()
     view, side = hand.region(), hand.region("UI")
+    with_it = yield from _still(view)
+    settings().overlay.show_legend = False
+    without = yield from _still(view)
+    settings().overlay.show_legend = True
+    again = yield from _still(view)
     x, y, width, height = picture.changed_box(with_it, without) or (0, 0, 0, 0)
     note("size", [width, height])
-    note("inside", view.x <= x and x + width <= side.x and view.y <= y and y + height <= view.y + view.height)
+    note("inside", view.x + x + width <= side.x and width > 0)
     floor = part("render.floor").find_floor(bpy.context.scene)
     legend = part("render.floor").floor_legend(floor)
     shown = with_it[y : y + height, x : x + width]
     wanted = [*legend.bar.stops, *(swatch.color for swatch in legend.swatches)]
     note("farthest_color", max(picture.nearest_distance(shown, color) for color in wanted))
-    note("back", bool((picture.pixels()[y : y + height, x : x + width] == shown).all()))
+    note("back", bool((again[y : y + height, x : x + width] == shown).all()))
+
+
+def _still(view) -> hand.Turns:
+    """The pixels of a region, once it shows the same twice: a report that fades does not count as a change."""
+    yield from hand.redrawn()
+    seen = None
+    for _ in range(100):
+        now = picture.pixels()[view.y : view.y + view.height, view.x : view.x + view.width]
+        if seen is not None and (now == seen).all():
+            return now
+        seen = now
+        yield
+    raise RuntimeError("the viewport does not come to rest")
 
 
 def undo_map(note) -> hand.Turns:
