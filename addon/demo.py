@@ -5,18 +5,12 @@ operators that the panel's buttons call. Exit code 1 and one sentence if somethi
 """
 
 import argparse
-import importlib
 import json
-import re
 import sys
 from pathlib import Path
 
-from headless import EXTENSION, enable_extension, leave
+from headless import ScriptError, leave, prepare_folder, run_steps, start_blender
 from journal import Journal
-
-
-class DemoError(Exception):
-    """What stops the demo, as a sentence for the person at the keyboard."""
 
 
 def main(argv: list[str]) -> int:
@@ -24,9 +18,9 @@ def main(argv: list[str]) -> int:
     journal = Journal()
     try:
         _check(options)
-        journal.run("start", "Starting Blender", _enable_extension)
-        report = _run_steps(options, journal)
-    except DemoError as error:
+        journal.run("start", "Starting Blender", start_blender, "python3 dev.py demo")
+        report = run_steps("demo_steps", options, journal)
+    except ScriptError as error:
         print(f"demo: {error}", file=sys.stderr, flush=True)
         return 1
     (options.out / "report.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
@@ -49,35 +43,12 @@ def _parse(argv: list[str]) -> argparse.Namespace:
 
 def _check(options: argparse.Namespace) -> None:
     if options.clips is not None and not options.clips.is_dir():
-        raise DemoError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
+        raise ScriptError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
     if options.clips is not None and not any(path.suffix.lower() == ".bvh" for path in options.clips.iterdir()):
-        raise DemoError(f"The folder '{options.clips}' holds no BVH files; name one with motion capture in it.")
+        raise ScriptError(f"The folder '{options.clips}' holds no BVH files; name one with motion capture in it.")
     if options.blend is not None and not options.blend.is_file():
-        raise DemoError(f"There is no file '{options.blend}'; name a .blend file.")
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DemoError(f"The folder '{options.out}' cannot be made: {error.strerror}.") from None
-
-
-def _enable_extension() -> None:
-    try:
-        enable_extension()
-    except RuntimeError as error:
-        raise DemoError(f"{error}: python3 dev.py demo") from None
-
-
-def _run_steps(options: argparse.Namespace, journal: Journal) -> dict:
-    # Only now: these modules need bpy, and the name that the extension has in it.
-    steps = importlib.import_module(f"{EXTENSION}.addon.demo_steps")
-    errors = importlib.import_module(f"{EXTENSION}.core.errors")
-    try:
-        return steps.run(options, journal)
-    except errors.MotionGraphError as error:
-        raise DemoError(str(error)) from None
-    except RuntimeError as error:
-        # An operator that reports an error, or cannot start, raises it in Python with the sentence at the end.
-        raise DemoError(re.split(r"Error: |poll\(\) ", str(error).strip())[-1]) from None
+        raise ScriptError(f"There is no file '{options.blend}'; name a .blend file.")
+    prepare_folder(options.out)
 
 
 def _tell(report: dict, out: Path) -> None:

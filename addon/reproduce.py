@@ -5,18 +5,12 @@ one sentence if something is wrong with the input.
 """
 
 import argparse
-import importlib
 import os
-import re
 import sys
 from pathlib import Path
 
-from headless import EXTENSION, enable_extension, leave
+from headless import ScriptError, leave, prepare_folder, run_steps, start_blender
 from journal import Journal
-
-
-class ReproduceError(Exception):
-    """What stops the reproduction, as a sentence for the person at the keyboard."""
 
 
 def main(argv: list[str]) -> int:
@@ -24,9 +18,9 @@ def main(argv: list[str]) -> int:
     journal = Journal()
     try:
         _check(options)
-        journal.run("start", "Starting Blender", _enable_extension)
-        report = _run(options, journal)
-    except ReproduceError as error:
+        journal.run("start", "Starting Blender", start_blender, "python3 dev.py reproduce")
+        report = run_steps("reproduce_steps.run", options, journal)
+    except ScriptError as error:
         print(f"reproduce: {error}", file=sys.stderr, flush=True)
         return 1
     print(f"\n{'':<62}{'the paper':<34}ours")
@@ -67,31 +61,8 @@ def _recorded() -> Path | None:
 
 def _check(options: argparse.Namespace) -> None:
     if options.clips is not None and not options.clips.is_dir():
-        raise ReproduceError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ReproduceError(f"The folder '{options.out}' cannot be made: {error.strerror}.") from None
-
-
-def _enable_extension() -> None:
-    try:
-        enable_extension()
-    except RuntimeError as error:
-        raise ReproduceError(f"{error}: python3 dev.py reproduce") from None
-
-
-def _run(options: argparse.Namespace, journal: Journal) -> dict:
-    # Only now: these modules need bpy, and the name that the extension has in it.
-    steps = importlib.import_module(f"{EXTENSION}.addon.reproduce_steps.run")
-    errors = importlib.import_module(f"{EXTENSION}.core.errors")
-    try:
-        return steps.run(options, journal)
-    except errors.MotionGraphError as error:
-        raise ReproduceError(str(error)) from None
-    except RuntimeError as error:
-        # An operator that reports an error, or cannot start, raises it in Python with the sentence at the end.
-        raise ReproduceError(re.split(r"Error: |poll\(\) ", str(error).strip())[-1]) from None
+        raise ScriptError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
+    prepare_folder(options.out)
 
 
 if __name__ == "__main__":

@@ -54,7 +54,9 @@ class ExpanseSummary:
         return self.covered_cells / max(self.free_cells, 1)
 
 
-def embed_expanse(folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS):
+def embed_expanse(
+    folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS
+) -> ExpanseSummary:
     """Embed the problem in a folder (see :func:`.problem.create_problem`); go on where it was left.
 
     Returns :class:`ExpanseSummary`; the nodes are the set ``nodes``, the maps lie in ``maps``. Raises EmbeddingError if
