@@ -5,8 +5,12 @@ reaches the pivot, is the pivot's component; every other component lies wholly i
 searched only while they hold at least as many nodes as the best component found. With a well chosen pivot the first
 component is the largest, and the rests are too small to look at.
 
+Nodes that lie on no cycle would make useless pivots, and large rests: most of them are trimmed away beforehand, pass by
+pass over all segments.
+
 Where motion is scarce there may be thousands of small components instead, and a pivot for each would take for ever.
-A rest with few enough links is therefore written out and left to SciPy.
+A rest with few enough links is therefore written out and left to SciPy, at once if it is small, and otherwise after
+some pivots.
 """
 
 from collections.abc import Generator
@@ -23,8 +27,11 @@ from .plane_network import PlaneNetwork, Planes
 #: A rest with at most this many links is written out: some 100 MB at the most.
 EXPLICIT_LINKS = 4_000_000
 
-#: A rest is trimmed again while that takes away more than this share of it.
-WORTHWHILE_TRIM = 0.05
+#: So many pivots are tried before more than a share of these links is written out: a closure is faster than they are.
+PATIENT_PIVOTS, AT_ONCE = 3, 1 / 40
+
+#: Nodes are trimmed again while that takes away more than this share of them: of all nodes, and of a rest.
+WORTHWHILE_TRIM, WORTHWHILE_TRIM_OF_REST = 0.5, 0.05
 
 
 def largest_component_steps(
@@ -44,29 +51,25 @@ def largest_planes_steps(
     network: PlaneNetwork, explicit_links: int = EXPLICIT_LINKS, within: Planes | None = None
 ) -> Generator[Progress, None, Planes]:
     """As :func:`largest_component_steps`, for sets of nodes that are kept in single planes."""
-    everything = network.image(network.everything() if within is None else within)
-    if within is not None:
-        everything = intersection(everything, within)
-    best, best_size, fraction = [0] * len(everything), 0, 0.0
-    total = count(everything)
+    everything = network.everything() if within is None else within
+    best, best_size, fraction, n_pivots = [0] * len(everything), 0, 0.0, 0
     # Nodes that are still to be searched, and where most of them have a dead end: ahead of them, or behind.
-    rests = [_Rest(total, everything, ends_ahead=True)]
+    rests = [_Rest(count(everything), everything, ends_ahead=False)]
     while rests:
         rests.sort(key=lambda rest: rest.size)
         rest = rests.pop()
-        nodes = rest.nodes
         if rest.size < max(best_size, 1):
             break
-        yield Progress(fraction, "Finding the largest strongly connected component")
-        # What pruning leaves is full of dead ends, where a pivot would be lost.
-        if within is not None or len(rests) > 0 or best_size:
-            nodes = _trimmed(network, rest, max(best_size, 1))
-            if count(nodes) < max(best_size, 1):
-                continue
-            yield Progress(fraction, "Finding the largest strongly connected component")
-        if rest.size < total and network.count_links(nodes, explicit_links) <= explicit_links:
+        worthwhile = WORTHWHILE_TRIM if within is None and n_pivots == 0 else WORTHWHILE_TRIM_OF_REST
+        trimming = _trimmed_steps(network, rest, max(best_size, 1), worthwhile)
+        nodes = yield from portion(trimming, fraction, fraction)
+        if count(nodes) < max(best_size, 1):
+            continue
+        few = explicit_links if n_pivots >= PATIENT_PIVOTS else int(explicit_links * AT_ONCE)
+        if n_pivots > 0 and network.count_links(nodes, few) <= few:
             component = _largest_written_out(network, nodes)
         else:
+            n_pivots += 1
             pivot = _pivot(network, nodes)
             # Most of the time this is all there is to do.
             end = fraction + 0.9 * (1 - fraction)
@@ -102,18 +105,22 @@ class _Rest:
     ends_ahead: bool
 
 
-def _trimmed(network: PlaneNetwork, rest: _Rest, enough: int) -> Planes:
-    """A rest without most of its loose ends; the work ends when fewer than ``enough`` nodes are left."""
+def _trimmed_steps(
+    network: PlaneNetwork, rest: _Rest, enough: int, worthwhile: float
+) -> Generator[Progress, None, Planes]:
+    """A rest without most of its loose ends; the work ends when fewer than ``enough`` nodes are left, or when trimming
+    all segments once more has taken away no more than a share of ``worthwhile``."""
     nodes, left = rest.nodes, rest.size
-    leading, led_to = network.preimage, network.image
+    passes = (network.leading_on, network.led_to) if rest.ends_ahead else (network.led_to, network.leading_on)
     while True:
         before = left
-        for kept in (leading, led_to) if rest.ends_ahead else (led_to, leading):
-            nodes = intersection(nodes, kept(nodes))
+        for trim in passes:
+            yield Progress(0.0, "Trimming dead ends")
+            nodes = trim(nodes)
             left = count(nodes)
             if left < enough:
                 return nodes
-        if left > before * (1 - WORTHWHILE_TRIM):
+        if left > before * (1 - worthwhile):
             return nodes
 
 

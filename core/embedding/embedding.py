@@ -18,7 +18,7 @@ from .component import largest_component_steps, largest_planes_steps
 from .network import Nodes, StepNetwork, intersection
 from .parts import EMBEDDING_FORMAT, Parts, parts_to_arrays
 from .settings import EmbeddingSettings
-from .stencil import build_stencils
+from .stencil import build_stencils, fewest_stencils
 from .sweep import sweep_steps
 from .unroll import Unrolling, unroll_steps
 
@@ -227,6 +227,9 @@ def embed_steps(
     else:
         previous = None
         yield Progress(0.0, "Laying out stencils")
+        # Before they are laid out, which alone would take as much if the limits of edits are far too wide.
+        fewest = fewest_stencils(graph.segments, environment.grid, settings.footprint)
+        _refuse_if_too_large(graph, environment.grid, fewest, settings.memory_limit)
         stencils = build_stencils(graph.segments, environment.grid, settings.footprint)
         _refuse_if_too_large(graph, environment.grid, len(stencils), settings.memory_limit)
         steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
@@ -304,7 +307,7 @@ def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environmen
     )
 
 
-def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: int) -> float:
+def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: float) -> float:
     """About how much memory embedding takes at its peak, known before it starts: never less, and rarely twice as much.
 
     One plane for each stencil, and six sets of nodes while the component is sought. Padding is as wide as the longest
@@ -317,7 +320,7 @@ def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: int) -> float:
     return n_planes * (bits / 8 * 32 / 30 + 40)
 
 
-def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: int, limit: float) -> None:
+def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: float, limit: float) -> None:
     needed = needed_bytes(graph, grid, n_stencils)
     if needed > limit:
         nx, ny, n_headings = grid.shape

@@ -1,5 +1,6 @@
 """Footprints: where a segment, played from a grid element, may end after an acceptable edit (paper, section 3)."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -103,39 +104,35 @@ def rotated_path(segment: MotionSegment, angle) -> np.ndarray:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
+def fewest_ends(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> float:
+    """No more ends than the footprints of ``segment`` have, over all headings; nearly as many where they are wide."""
+    n_turns = len(_turns(segment, grid, settings)[0])
+    if n_turns == 0:
+        return 0.0
+    # Around their centres, cells cover a disc that is smaller than the footprint by half their diagonal.
+    radius = float((settings.position_base + settings.position_rate * path_length(segment)) / grid.cell_size)
+    covered = max(radius - 0.5**0.5, 0.0)
+    return grid.n_headings * n_turns * math.pi * covered * covered
+
+
 def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> Footprints:
     """The footprints of ``segment`` from all headings.
 
     Under SNAP each holds the nearest cell and the nearest heading, whatever the limits.
     """
-    length = path_length(segment)
-    snap = settings.rule is FootprintRule.SNAP
-
-    radius = settings.position_base + settings.position_rate * length
+    turns, turn_error = _turns(segment, grid, settings)
+    radius = settings.position_base + settings.position_rate * path_length(segment)
     ends = rotated_path(segment, np.arange(grid.n_headings) * grid.heading_step)[:, -1]
     nearest = np.floor(ends / grid.cell_size + 0.5).astype(int)
-    span = int(np.ceil(radius / grid.cell_size))
+    span = int(np.ceil(radius / grid.cell_size)) if len(turns) else 0
     around = np.arange(-span, span + 1)
     cells = nearest[:, None] + np.stack(np.meshgrid(around, around, indexing="ij"), axis=-1).reshape(-1, 2)
     error = cells * grid.cell_size - ends[:, None]
     kept = np.hypot(error[..., 0], error[..., 1]) <= radius
-    if snap:
+    if settings.rule is FootprintRule.SNAP:
         kept[:, len(around) * span + span] = True
-
-    turn = float(segment.path[-1, 2])
-    tolerance = settings.heading_base + settings.heading_rate * length
-    nearest_turn = int(np.floor(turn / grid.heading_step + 0.5))
-    span = min(int(np.ceil(tolerance / grid.heading_step)), grid.n_headings // 2)
-    turns = np.arange(nearest_turn - span, nearest_turn + span + 1)
-    turn_error = turns * grid.heading_step - turn
-    close = np.abs(turn_error) <= tolerance
-    if snap:
-        close[span] = True
-    if len(turns) > grid.n_headings and close[0] and close[-1]:
-        # Half a turn to either side is the same heading: the smaller edit leads there.
-        close[0 if abs(turn_error[0]) > abs(turn_error[-1]) else -1] = False
-
-    heading, cell, which = np.nonzero(kept[:, :, None] & close)
+    heading, cell = (np.repeat(index, len(turns)) for index in np.nonzero(kept))
+    which = np.tile(np.arange(len(turns)), np.count_nonzero(kept))
     return Footprints(
         heading=heading,
         dx=cells[heading, cell, 0],
@@ -144,6 +141,23 @@ def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) 
         position_error=error[heading, cell],
         heading_error=turn_error[which],
     )
+
+
+def _turns(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) turns, in headings from start to destination, that the limits allow, and their errors in radians."""
+    turn = float(segment.path[-1, 2])
+    tolerance = settings.heading_base + settings.heading_rate * path_length(segment)
+    nearest_turn = int(np.floor(turn / grid.heading_step + 0.5))
+    span = int(min(np.ceil(tolerance / grid.heading_step), grid.n_headings // 2))
+    turns = np.arange(nearest_turn - span, nearest_turn + span + 1)
+    turn_error = turns * grid.heading_step - turn
+    close = np.abs(turn_error) <= tolerance
+    if settings.rule is FootprintRule.SNAP:
+        close[span] = True
+    if len(turns) > grid.n_headings and close[0] and close[-1]:
+        # Half a turn to either side is the same heading: the smaller edit leads there.
+        close[0 if abs(turn_error[0]) > abs(turn_error[-1]) else -1] = False
+    return turns[close], turn_error[close]
 
 
 def edited_path(

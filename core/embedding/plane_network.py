@@ -120,19 +120,56 @@ class PlaneNetwork:
     def preimage(self, nodes: Planes) -> Planes:
         """All nodes with a link that leads to one of ``nodes``."""
         n_headings = self.n_headings
-        able = [0] * (len(self.members_of_fork) * n_headings)
-        for index, ends in enumerate(nodes):
-            if ends:
-                ends = self.layout.extend(ends)
-                first = self.fork_of[index // n_headings] * n_headings
-                for heading, ways in self.entering[index]:
-                    able[first + heading] |= _playable(ends, ways)
+        able = [plane for fork in range(len(self.members_of_fork)) for plane in self._able(nodes, fork)]
         merged = [
             _union(able[fork * n_headings + heading] for fork in after)
             for after in self.forks_after
             for heading in range(n_headings)
         ]
         return [merged[merge * n_headings + heading] for merge in self.merge_of for heading in range(n_headings)]
+
+    def led_to(self, nodes: Planes) -> Planes:
+        """``nodes`` without those that no link leads to from inside the set, and some that only such ones lead to.
+
+        Fork after fork, in place: later forks start from what earlier ones have left.
+        """
+        n_headings, fold = self.n_headings, self.layout.fold
+        nodes = list(nodes)
+        merged: list[Planes | None] = [None] * len(self.members_of_merge)
+        for members, merges in zip(self.members_of_fork, self.merges_before, strict=True):
+            starting = [merged[merge] or self._merge(nodes, merge) for merge in merges]
+            for merge, planes in zip(merges, starting, strict=True):
+                merged[merge] = planes
+            starts = [_union(planes[heading] for planes in starting) for heading in range(n_headings)]
+            for segment in members:
+                landed = [0] * n_headings
+                for heading, plane in enumerate(starts):
+                    if plane:
+                        for turned, ways in self.leaving[segment * n_headings + heading]:
+                            landed[turned] |= _played(plane, ways)
+                for heading, plane in enumerate(landed):
+                    nodes[segment * n_headings + heading] &= fold(plane)
+                merged[self.merge_of[segment]] = None
+        return nodes
+
+    def leading_on(self, nodes: Planes) -> Planes:
+        """``nodes`` without those that no link leaves for inside the set, and some that only lead to such ones.
+
+        Merge after merge, in place and backwards, as segments follow their clips in ascending order.
+        """
+        n_headings = self.n_headings
+        nodes = list(nodes)
+        able: list[Planes | None] = [None] * len(self.members_of_fork)
+        for merge in range(len(self.members_of_merge) - 1, -1, -1):
+            starting = [able[fork] or self._able(nodes, fork) for fork in self.forks_after[merge]]
+            for fork, planes in zip(self.forks_after[merge], starting, strict=True):
+                able[fork] = planes
+            starts = [_union(planes[heading] for planes in starting) for heading in range(n_headings)]
+            for segment in self.members_of_merge[merge]:
+                for heading, plane in enumerate(starts):
+                    nodes[segment * n_headings + heading] &= plane
+                able[self.fork_of[segment]] = None
+        return nodes
 
     def reached_from_steps(self, seed: Planes, within: Planes) -> Generator[Progress, None, Planes]:
         """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.
@@ -273,12 +310,26 @@ class PlaneNetwork:
 
     def _merged(self, nodes: Planes) -> Planes:
         """For each merge and heading: where a set has a node of any of its segments."""
-        n_headings = self.n_headings
-        return [
-            _union(nodes[segment * n_headings + heading] for segment in members)
-            for members in self.members_of_merge
-            for heading in range(n_headings)
-        ]
+        return [plane for merge in range(len(self.members_of_merge)) for plane in self._merge(nodes, merge)]
+
+    def _merge(self, nodes: Planes, merge: int) -> Planes:
+        """For each heading: where a set has a node of any segment of a merge."""
+        members, n_headings = self.members_of_merge[merge], self.n_headings
+        return [_union(nodes[segment * n_headings + heading] for segment in members) for heading in range(n_headings)]
+
+    def _able(self, nodes: Planes, fork: int) -> Planes:
+        """For each heading: from where a segment of a fork can end in a node of a set."""
+        able = [0] * self.n_headings
+        for segment in self.members_of_fork[fork]:
+            first = segment * self.n_headings
+            for ends, entering in zip(
+                nodes[first : first + self.n_headings], self.entering[first : first + self.n_headings], strict=True
+            ):
+                if ends:
+                    ends = self.layout.extend(ends)
+                    for heading, ways in entering:
+                        able[heading] |= _playable(ends, ways)
+        return able
 
     def _present(self, planes: Planes) -> list[int]:
         """For each heading the groups, as bits, of those whose planes are not empty."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..environment.grid import Grid
 from ..motion.graph import MotionSegment
-from .footprint import FootprintSettings, footprints
+from .footprint import FootprintSettings, fewest_ends, footprints
 
 
 @dataclass(frozen=True)
@@ -64,3 +64,11 @@ def build_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: Foot
         heading_error=np.concatenate([part.heading_error for part in parts]),
         n_headings=grid.n_headings,
     )
+
+
+def fewest_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: FootprintSettings) -> float:
+    """No more stencils than :func:`build_stencils` would lay out, and nearly as many where footprints are wide.
+
+    Known without laying them out: limits far beyond any sense ask for more than there is room for.
+    """
+    return float(sum(fewest_ends(segment, grid, settings) for segment in segments))

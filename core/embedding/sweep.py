@@ -16,7 +16,7 @@ from .footprint import edit_profile, rotated_path
 from .stencil import Stencils
 
 #: Pieces of paths (from one frame to the next) that are swept together: some 50 MB.
-PIECES_AT_ONCE = 50_000
+PIECES_AT_ONCE = 200_000
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,13 @@ def sweep_steps(
     place = np.stack([stencils.segment, stencils.heading, stencils.dx, stencils.dy])
     new = np.append(True, np.any(np.diff(place, axis=1) != 0, axis=0))[: len(stencils)]
     leaders = np.flatnonzero(new)
+    lengths = np.array([segment.n_frames for segment in segments])
+    batch = np.cumsum(lengths[stencils.segment[leaders]]) // PIECES_AT_ONCE
+    batches = np.split(leaders, np.flatnonzero(np.diff(batch)) + 1) if len(leaders) else []
     parts = []
-    for index, segment in enumerate(segments):
-        of_segment = leaders[stencils.segment[leaders] == index]
-        at_once = max(PIECES_AT_ONCE // segment.n_frames, 1)
-        for start in range(0, len(of_segment), at_once):
-            yield Progress(index / len(segments), "Sweeping paths")
-            chosen = of_segment[start : start + at_once]
-            parts.append(_by_cell(swept_samples(stencils, chosen, segment, frame_classes[index], grid)))
+    for index, chosen in enumerate(batches):
+        yield Progress(index / len(batches), "Sweeping paths")
+        parts.append(_by_cell(swept_samples(stencils, chosen, segments, frame_classes, grid)))
     stencil, tag_class, cell_x, cell_y, part = np.concatenate([np.empty((5, 0), dtype=int), *parts], axis=1)
     layout = PlaneLayout(
         grid.shape[0],
@@ -126,53 +125,87 @@ def tag_classes(
 
 
 def swept_samples(
-    stencils: Stencils, chosen: np.ndarray, segment: MotionSegment, frame_class: np.ndarray, grid: Grid
+    stencils: Stencils,
+    chosen: np.ndarray,
+    segments: Sequence[MotionSegment],
+    frame_classes: Sequence[np.ndarray],
+    grid: Grid,
 ) -> SweptSamples:
-    """Every sample that the edited paths of the ``chosen`` stencils, all of ``segment``, pass through.
+    """Every sample that the edited paths of the ``chosen`` stencils, in ascending order, pass through.
 
-    A path is the polyline through the root's positions. Each of its pieces is cut where it crosses a border between
-    samples, so that none is missed however fast the character moves; a piece counts for the classes of both frames.
+    A path is the polyline through the root's positions. None of the samples that it crosses is missed, however fast
+    the character moves. A piece counts for the classes of the frames at both of its ends.
     """
-    profile = edit_profile(segment)
+    named, crossing = [], []
+    bounds = np.searchsorted(stencils.segment[chosen], np.arange(len(segments) + 1))
+    for segment, frame_class, start, stop in zip(segments, frame_classes, bounds[:-1], bounds[1:], strict=True):
+        if start == stop:
+            continue
+        stencil = chosen[start:stop]
+        points = _edited_paths(stencils, stencil, segment, grid)
+        sample = np.floor(points).astype(int)
+        # Most pieces are far shorter than a sample: between points inside of the same sample, or of two that share a
+        # side, a piece passes through no other.
+        inside = (points[..., 0] != sample[..., 0]) & (points[..., 1] != sample[..., 1])
+        steps = np.abs(sample[:, 1:] - sample[:, :-1])
+        steps = steps[..., 0] + steps[..., 1]
+        k, piece = np.nonzero((steps > 1) | ~(inside[:, :-1] & inside[:, 1:]))
+        pieces = stencil[k], points[k, piece], points[k, piece + 1]
+        # The ends lie on the corner of four samples; naming one of them makes "the centre is free" part of the check.
+        named += [(stencil, np.full(len(stencil), frame_class[end]), sample[:, end]) for end in (0, -1)]
+        if np.all(frame_class == frame_class[0]):
+            crossing.append((*pieces, frame_class[piece]))
+            # A path names the samples that it enters.
+            inside[:, 1:] &= (steps > 0) | ~inside[:, :-1]
+            k, frame = np.nonzero(inside)
+            named.append((stencil[k], frame_class[frame], sample[k, frame]))
+        else:
+            crossing += [(*pieces, frame_class[piece + end]) for end in (0, 1)]
+            k, frame = np.nonzero(inside)
+            for neighbour in (-1, 0, 1):
+                near = np.clip(frame + neighbour, 0, segment.n_frames - 1)
+                named.append((stencil[k], frame_class[near], sample[k, frame]))
+    stencil, a, b, tag_class = (np.concatenate(column) for column in zip(*crossing, strict=True))
+    piece, crossed = _crossed_samples(a, b)
+    named.append((stencil[piece], tag_class[piece], crossed))
+    stencil, tag_class, sample = (np.concatenate(column) for column in zip(*named, strict=True))
+    return SweptSamples(stencil, tag_class, sample[:, 0], sample[:, 1])
+
+
+def _edited_paths(stencils: Stencils, chosen: np.ndarray, segment: MotionSegment, grid: Grid) -> np.ndarray:
+    """(n, F, 2) in samples from the start cell's corner: the root's paths of ``chosen`` stencils of one segment."""
     paths = rotated_path(segment, np.arange(grid.n_headings) * grid.heading_step)[stencils.heading[chosen]]
-    paths = paths + profile[:, None] * stencils.position_error[chosen][:, None, :]
+    paths = paths + edit_profile(segment)[:, None] * stencils.position_error[chosen][:, None, :]
     middle = SUBDIVISION / 2
     points = paths / grid.sample_size + middle
-    points[:, -1] = np.column_stack([stencils.dx[chosen], stencils.dy[chosen]]) * SUBDIVISION + middle
+    points[:, -1, 0] = stencils.dx[chosen] * SUBDIVISION + middle
+    points[:, -1, 1] = stencils.dy[chosen] * SUBDIVISION + middle
+    return points
 
-    a, b = points[:, :-1], points[:, 1:]
-    crossings = [np.zeros(a.shape[:2])[..., None]]
+
+def _crossed_samples(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The samples that straight pieces from ``a`` to ``b``, (n, 2) in samples, pass through: (m,) piece, (m, 2) sample.
+
+    Each piece is cut where it crosses a border between samples, so that none is missed however long it is.
+    """
+    cuts = [np.zeros((len(a), 1))]
     for axis in (0, 1):
-        low = np.floor(np.minimum(a[..., axis], b[..., axis]))
-        n_lines = (np.floor(np.maximum(a[..., axis], b[..., axis])) - low).astype(int)
+        low = np.floor(np.minimum(a[:, axis], b[:, axis]))
+        n_lines = (np.floor(np.maximum(a[:, axis], b[:, axis])) - low).astype(int)
         line = np.arange(n_lines.max(initial=0))
-        run = b[..., axis] - a[..., axis]
+        run = b[:, axis] - a[:, axis]
         at = np.divide(
-            (low - a[..., axis])[..., None] + 1 + line,
-            run[..., None],
-            out=np.ones((*run.shape, len(line))),
-            where=line < n_lines[..., None],
+            (low - a[:, axis])[:, None] + 1 + line,
+            run[:, None],
+            out=np.ones((len(run), len(line))),
+            where=line < n_lines[:, None],
         )
-        crossings.append(at)
-    crossings.append(np.ones(a.shape[:2])[..., None])
-    cuts = np.sort(np.concatenate(crossings, axis=-1), axis=-1)
-    between = (cuts[..., :-1] + cuts[..., 1:]) / 2
-    inside = np.floor(a[..., None, :] + between[..., None] * (b - a)[..., None, :]).astype(int)
-
-    crossed = cuts[..., 1:] > cuts[..., :-1]
-    stencil, piece, _ = np.nonzero(crossed)
-    inside = inside[crossed]
-    found = [
-        np.column_stack([stencil, classes[piece], inside])
-        for classes in ([frame_class] if np.all(frame_class == frame_class[0]) else [frame_class, frame_class[1:]])
-    ]
-    # The ends lie on the corner of four samples; naming one of them makes "the centre is free" part of the check.
-    for frame in (0, -1):
-        corner = np.floor(points[:, frame]).astype(int)
-        ends = np.column_stack([np.arange(len(chosen)), np.full(len(chosen), frame_class[frame]), corner])
-        found.append(ends)
-    stencil, tag_class, x, y = np.concatenate(found).T
-    return SweptSamples(chosen[stencil], tag_class, x, y)
+        cuts.append(at)
+    cuts.append(np.ones((len(a), 1)))
+    cut = np.sort(np.concatenate(cuts, axis=1), axis=1)
+    piece, gap = np.nonzero(cut[:, 1:] > cut[:, :-1])
+    middle = (cut[piece, gap] + cut[piece, gap + 1]) / 2
+    return piece, np.floor(a[piece] + middle[:, None] * (b - a)[piece]).astype(int)
 
 
 def _by_cell(samples: SweptSamples) -> np.ndarray:

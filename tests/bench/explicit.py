@@ -31,9 +31,9 @@ def embed_explicitly(
     free = [np.pad(environment.free_samples(tags), margin * SUBDIVISION) for tags in classes]
     xs, ys = np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij")
     before, after = [], []
-    for s, segment in enumerate(graph.segments):
+    for s in range(n_segments):
         chosen = np.flatnonzero(stencils.segment == s)
-        swept = swept_samples(stencils, chosen, segment, frame_classes[s], grid)
+        swept = swept_samples(stencils, chosen, graph.segments, frame_classes, grid)
         rows = np.unique(np.stack([swept.stencil, swept.tag_class, swept.x, swept.y]), axis=1)
         bounds = np.searchsorted(rows[0], np.append(chosen, chosen[-1] + 1))
         for k, low, high in zip(chosen, bounds, bounds[1:], strict=False):
