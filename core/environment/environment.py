@@ -1,14 +1,17 @@
 """The environment: ground grid, blocked samples and region masks."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import SceneError
+from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
-from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_samples
+from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_strips
+from .pieces import Piece, all_triangles
 from .regions import Region, RegionMask, RegionRule, rasterise_regions
+from .traces import TraceMemory
 
 
 @dataclass(frozen=True)
@@ -85,17 +88,32 @@ class Environment:
 
 def build_environment(
     grid: Grid,
-    obstacles: np.ndarray,
+    obstacles: np.ndarray | Sequence[Piece],
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
+    memory: TraceMemory | None = None,
 ) -> Environment:
+    """:func:`build_environment_steps`, at once."""
+    return finish(build_environment_steps(grid, obstacles, regions, settings, memory))
+
+
+def build_environment_steps(
+    grid: Grid,
+    obstacles: np.ndarray | Sequence[Piece],
+    regions: Sequence[Region] = (),
+    settings: EnvironmentSettings | None = None,
+    memory: TraceMemory | None = None,
+) -> Generator[Progress, None, Environment]:
     """Rasterise obstacles and regions.
 
     Parameters
     ----------
-    obstacles : (T, 3, 3) float array
+    obstacles : (T, 3, 3) float array, or sequence of Piece
         World-space triangles in metres. Only what lies between step height and head height above the ground counts.
     regions : sequence of Region
+    memory : TraceMemory, optional
+        What the pieces left when they were last rasterised: those that it knows are not looked at again, and the
+        others in several steps. The environment is the same with it and without.
 
     Raises
     ------
@@ -116,11 +134,22 @@ def build_environment(
         raise SceneError("The step height must be below the head height.")
     if not np.isfinite(settings.ground_height):
         raise SceneError("The height of the ground is not a number; check the ground object.")
-    obstacles = np.asarray(obstacles, dtype=float)
-    if obstacles.size and obstacles.shape[1:] != (3, 3):
-        raise SceneError(f"Obstacles are triangles of shape (T, 3, 3), not {obstacles.shape}.")
     low, high = settings.ground_height + settings.step_height, settings.ground_height + settings.head_height
-    obstacles = obstacles.reshape(-1, 3, 3)
-    polygons = clip_to_heights(obstacles, low, high)
-    blocked = samples_within(grid, polygons, settings.radius) | solid_samples(grid, obstacles, low, high)
+    if isinstance(obstacles, np.ndarray):
+        triangles = np.asarray(obstacles, dtype=float)
+        if triangles.size and triangles.shape[1:] != (3, 3):
+            raise SceneError(f"Obstacles are triangles of shape (T, 3, 3), not {triangles.shape}.")
+        blocked = _blocked(grid, triangles.reshape(-1, 3, 3), settings.radius, low, high)
+    elif memory is not None and memory.serves(grid):
+        blocked = yield from memory.blocked_steps(grid, obstacles, settings.radius, low, high)
+    else:
+        blocked = _blocked(grid, all_triangles(obstacles), settings.radius, low, high)
     return Environment(grid, blocked, rasterise_regions(regions, grid))
+
+
+def _blocked(grid: Grid, triangles: np.ndarray, radius: float, low: float, high: float) -> np.ndarray:
+    """(4 nx, 4 ny) bool: samples nearer than ``radius`` (m) to what lies between the heights, or inside of it."""
+    blocked = samples_within(grid, clip_to_heights(triangles, low, high), radius)
+    for (first, last), solid in solid_strips(grid, triangles, low, high):
+        blocked[first:last] |= solid
+    return blocked

@@ -4,21 +4,29 @@ Rounding is on the safe side everywhere: a sample counts as occupied when any pa
 square, and as free only when every point of it keeps the radius from every point of every occupied sample.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from scipy import ndimage
 
 from ..errors import SceneError
 from ..motion.kinematics import FARTHEST, are_positions
+from .dilation import samples_near
 from .grid import SUBDIVISION, Grid
 
 #: Pairs of a polygon and a strip of samples that are looked at together: some 100 MB.
 STRIPS_AT_ONCE = 500_000
 
-#: Bytes that a sample takes while obstacles are grown (measured), and how many may be looked at: 4 GB.
-SAMPLE_BYTES = 40
-MAX_SAMPLES = 100_000_000
+#: Samples that are rasterised together, in as many whole rows as that makes: some 30 MB. Nothing but the masks
+#: themselves grows with the ground.
+SAMPLES_AT_ONCE = 4_000_000
+
+#: Bytes that a sample takes while obstacles are grown (measured), and how many may be looked at: 2 GB.
+SAMPLE_BYTES = 5
+MAX_SAMPLES = 400_000_000
+
+#: First and last row of a strip of samples, the last one not included.
+Rows = tuple[int, int]
 
 
 def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -69,7 +77,16 @@ def _with_corners(polygons: np.ndarray, n: int) -> np.ndarray:
     return polygons[:, np.minimum(np.arange(n), polygons.shape[1] - 1)]
 
 
-def rasterise(polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0.0) -> np.ndarray:
+def strips(width: int, depth: int) -> Iterator[Rows]:
+    """The rows 0 ... width - 1 of a mask in strips that are small enough to be worked on at once."""
+    step = max(SAMPLES_AT_ONCE // max(depth, 1), 1)
+    for first in range(0, width, step):
+        yield first, min(first + step, width)
+
+
+def rasterise(
+    polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0.0, rows: Rows | None = None
+) -> np.ndarray:
     """Samples touched by convex polygons.
 
     Parameters
@@ -79,29 +96,34 @@ def rasterise(polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0
     shape : (width, depth) of the mask
     tolerance : float
         What comes this close to a square (in samples) touches it.
+    rows : (first, end), optional
+        Only these rows of the mask.
 
     Returns
     -------
-    (width, depth) bool array: exact - a sample is set if and only if a polygon touches its square (a polygon that
-    only touches its border may set either neighbour).
+    (width, depth) bool array, or the rows asked for: exact - a sample is set if and only if a polygon touches its
+    square (a polygon that only touches its border may set either neighbour).
     """
     width, depth = shape
-    edges = np.zeros(width * (depth + 1), dtype=np.int32)
+    low, high = rows or (0, width)
     x, y = polygons[:, :, 0], polygons[:, :, 1]
     near = (x.max(axis=1) >= 0) & (x.min(axis=1) <= width) & (y.max(axis=1) >= 0) & (y.min(axis=1) <= depth)
     polygons = polygons[near]
-    first = np.clip(np.floor(polygons[:, :, 0].min(axis=1) - tolerance), 0, width).astype(int)
-    last = np.clip(np.floor(polygons[:, :, 0].max(axis=1) + tolerance), -1, width - 1).astype(int)
+    first = np.clip(np.floor(polygons[:, :, 0].min(axis=1) - tolerance), low, high).astype(int)
+    last = np.clip(np.floor(polygons[:, :, 0].max(axis=1) + tolerance), low - 1, high - 1).astype(int)
     n_strips = np.maximum(last - first + 1, 0)
+    if not n_strips.any():
+        return np.zeros((high - low, depth), dtype=bool)
+    edges = np.zeros((high - low) * (depth + 1), dtype=np.int32)
     # So many at a time that memory does not depend on the size of the mesh.
     block = (np.cumsum(n_strips) - n_strips) // STRIPS_AT_ONCE
     for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
-        _fill(edges, polygons[start:stop], first[start:stop], n_strips[start:stop], depth, tolerance)
-    return _running_sums(edges, shape) > 0
+        _fill(edges, polygons[start:stop], first[start:stop], n_strips[start:stop], low, depth, tolerance)
+    return _running_sums(edges, (high - low, depth)) > 0
 
 
-def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> None:
-    """Count the polygons into ``edges``: +1 where one begins in a strip, -1 after it ends.
+def _fill(edges, polygons, first, n_strips, low_row: int, depth: int, tolerance: float) -> None:
+    """Count the polygons into ``edges``: +1 where one begins in a strip, -1 after it ends; ``low_row`` is the first.
 
     Each polygon meets the strip i <= x <= i + 1 in one convex piece, and so in one interval of y: the intervals are
     found for all (polygon, strip) pairs at once, to be filled by a running sum.
@@ -126,8 +148,9 @@ def _fill(edges, polygons, first, n_strips, depth: int, tolerance: float) -> Non
     met = (low <= high) & (high >= 0) & (low < depth)
     bottom = np.clip(np.floor(low[met]), 0, depth).astype(int)
     top = np.clip(np.floor(high[met]), -1, depth - 1).astype(int)
-    np.add.at(edges, strip[met] * (depth + 1) + bottom, 1)
-    np.subtract.at(edges, strip[met] * (depth + 1) + top + 1, 1)
+    start = (strip[met] - low_row) * (depth + 1)
+    np.add.at(edges, start + bottom, 1)
+    np.subtract.at(edges, start + top + 1, 1)
 
 
 def _running_sums(edges: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -137,17 +160,20 @@ def _running_sums(edges: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     return np.cumsum(columns, axis=1, out=columns)[:, :depth]
 
 
-def solid_columns(triangles: np.ndarray, low: float, high: float, shape: tuple[int, int]) -> np.ndarray:
-    """(width, depth) bool: samples whose centre lies inside a closed mesh all the way from ``low`` to ``high``.
+def solid_columns(above: np.ndarray, below: np.ndarray, shape: tuple[int, int], rows: Rows) -> np.ndarray:
+    """(rows, depth) bool: samples whose centre lies inside a closed mesh all the way between two heights.
 
-    ``triangles`` (T, 3, 3) have x and y in sample units. A ray upwards from inside a solid leaves it through one face
+    ``above`` and ``below`` (n, 4, 3) are the faces over the upper height and under the lower one, see :func:`_beyond`,
+    x and y in sample units. A ray upwards from inside a solid leaves it through one face
     more than it enters by, a ray downwards likewise; a ceiling, a floor or a room seen from within passes one of the
     two tests at most. Only meaningful where no triangle passes through the column between the two heights.
     """
-    z = triangles[:, :, 2]
-    above = _beyond(triangles, z - high) if np.isfinite(high) else triangles[:0]
-    below = _beyond(triangles, low - z) if np.isfinite(low) else triangles[:0]
-    return (_crossings(above, shape) > 0) & (_crossings(below, shape) < 0)
+    return solid_where(_crossings(above, shape, rows), _crossings(below, shape, rows))
+
+
+def solid_where(over: np.ndarray, under: np.ndarray) -> np.ndarray:
+    """Which samples are solid, from how many faces over and under each of them face up more than down."""
+    return (over > 0) & (under < 0)
 
 
 def _beyond(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -160,16 +186,18 @@ def _beyond(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.concatenate([_with_corners(triangles[low >= 0], 4), _cut(triangles[cut], height[cut])])
 
 
-def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(width, depth) int: polygons (n, k, 3) over or under each sample's centre, +1 facing up and -1 facing down."""
-    width, depth = shape
+def _crossings(polygons: np.ndarray, shape: tuple[int, int], rows: Rows) -> np.ndarray:
+    """(rows, depth) int: polygons (n, k, 3) over or under each sample's centre, +1 facing up and -1 facing down."""
+    depth, (low_row, high_row) = shape[1], rows
     x, y = polygons[:, :, 0], polygons[:, :, 1]
     area = np.sum(np.roll(x, 1, axis=1) * y - x * np.roll(y, 1, axis=1), axis=1)
     polygons, facing = polygons[area != 0], np.sign(area[area != 0]).astype(np.int32)
-    first = np.clip(np.ceil(polygons[:, :, 0].min(axis=1) - 0.5), 0, width).astype(int)
-    last = np.clip(np.ceil(polygons[:, :, 0].max(axis=1) - 0.5), 0, width).astype(int)
+    first = np.clip(np.ceil(polygons[:, :, 0].min(axis=1) - 0.5), low_row, high_row).astype(int)
+    last = np.clip(np.ceil(polygons[:, :, 0].max(axis=1) - 0.5), low_row, high_row).astype(int)
     n_lines = last - first
-    edges = np.zeros(width * (depth + 1), dtype=np.int32)
+    if not n_lines.any():
+        return np.zeros((high_row - low_row, depth), dtype=np.int32)
+    edges = np.zeros((high_row - low_row) * (depth + 1), dtype=np.int32)
     block = (np.cumsum(n_lines) - n_lines) // STRIPS_AT_ONCE
     for start, stop in pairwise([*np.flatnonzero(np.diff(block, prepend=-1)), len(polygons)]):
         part, lines = polygons[start:stop], n_lines[start:stop]
@@ -188,76 +216,155 @@ def _crossings(polygons: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
             low = np.where(met, np.minimum(low, crossed), low)
             high = np.where(met, np.maximum(high, crossed), high)
         met = low < high
-        column, sign = line[met] * (depth + 1), facing[start:stop][which[met]]
+        column, sign = (line[met] - low_row) * (depth + 1), facing[start:stop][which[met]]
         np.add.at(edges, column + np.clip(np.ceil(low[met] - 0.5), 0, depth).astype(int), sign)
         np.subtract.at(edges, column + np.clip(np.ceil(high[met] - 0.5), 0, depth).astype(int), sign)
-    return _running_sums(edges, shape)
+    return _running_sums(edges, (high_row - low_row, depth))
 
 
-def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int, tolerance: float = 0.0) -> np.ndarray:
-    """Samples of the ground and of ``margin`` samples around it that the polygons touch.
+class _ByRows:
+    """Polygons (n, k, d), x in samples, of which those near some rows are asked for again and again."""
+
+    def __init__(self, polygons: np.ndarray):
+        self._polygons = polygons
+        self._low, self._high = polygons[:, :, 0].min(axis=1), polygons[:, :, 0].max(axis=1)
+
+    def near(self, first: int, last: int) -> np.ndarray:
+        """Those that may touch the rows, and perhaps others a sample away."""
+        return self._polygons[(self._high >= first - 1) & (self._low <= last + 1)]
+
+
+class Footing:
+    """Polygons over a ground and ``margin`` samples around it, to be rasterised in strips.
 
     ``polygons`` is an array (n, k, 2) of world coordinates in metres. On a tiled ground everything repeats with the
     tile, wherever it stands: what reaches over a border is there again on the other side.
     """
-    size = np.array(grid.shape[:2]) * SUBDIVISION
-    polygons = (polygons - grid.origin) / grid.sample_size
-    if not grid.tiled:
-        return rasterise(polygons + margin, tuple((size + 2 * margin).tolist()), tolerance)
-    if len(polygons) == 0:
-        return np.zeros(size + 2 * margin, dtype=bool)
-    polygons = polygons - np.floor(polygons.min(axis=1, keepdims=True) / size) * size
-    nx, ny = size.tolist()
-    repeats_x, repeats_y = (np.floor(polygons.max(axis=(0, 1)) / size).astype(int) + 1).tolist()
-    _check_repeats(grid, repeats_x * repeats_y)
-    mask = rasterise(polygons, (repeats_x * nx, repeats_y * ny), tolerance)
-    tile = mask.reshape(repeats_x, nx, repeats_y, ny).any(axis=(0, 2))
-    return np.pad(tile, margin, mode="wrap")
+
+    def __init__(self, grid: Grid, polygons: np.ndarray, margin: int, tolerance: float = 0.0):
+        size = np.array(grid.shape[:2]) * SUBDIVISION
+        polygons = (polygons - grid.origin) / grid.sample_size
+        self._tile: tuple[int, int] = tuple(size.tolist())
+        self._margin, self._tolerance, self._tiled = margin, tolerance, grid.tiled
+        self.shape: tuple[int, int] = tuple((size + 2 * margin).tolist())
+        self._repeats = (1, 1)
+        if not grid.tiled:
+            polygons = polygons + margin
+        elif len(polygons):
+            polygons = polygons - np.floor(polygons.min(axis=1, keepdims=True) / size) * size
+            self._repeats = tuple((np.floor(polygons.max(axis=(0, 1)) / size).astype(int) + 1).tolist())
+            _check_repeats(grid, self._repeats[0] * self._repeats[1])
+        self._polygons = _ByRows(polygons)
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """(last - first, depth) bool: samples of these rows, counted with the margin, that the polygons touch."""
+        if not self._tiled:
+            return rasterise(self._polygons.near(first, last), self.shape, self._tolerance, (first, last))
+        nx, row = self._tile[0], first - self._margin
+        parts = []
+        while row < last - self._margin:
+            begin = row % nx
+            end = min(begin + last - self._margin - row, nx)
+            parts.append(self._tile_rows(begin, end))
+            row += end - begin
+        return np.pad(np.concatenate(parts), ((0, 0), (self._margin,) * 2), mode="wrap")
+
+    def _tile_rows(self, first: int, last: int) -> np.ndarray:
+        (nx, ny), (repeats_x, repeats_y) = self._tile, self._repeats
+        found = np.zeros((last - first, ny), dtype=bool)
+        for x in range(0, repeats_x * nx, nx):
+            rows = x + first, x + last
+            near = self._polygons.near(*rows)
+            mask = rasterise(near, (repeats_x * nx, repeats_y * ny), self._tolerance, rows)
+            found |= mask.reshape(last - first, repeats_y, ny).any(axis=1)
+        return found
+
+
+def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarray:
+    """Samples of the ground and of ``margin`` samples around it that the polygons touch, see :class:`Footing`."""
+    footing = Footing(grid, polygons, margin)
+    width, depth = footing.shape
+    occupied = np.empty((width, depth), dtype=bool)
+    for first, last in strips(width, depth):
+        occupied[first:last] = footing.rows(first, last)
+    return occupied
 
 
 def _check_repeats(grid: Grid, n_tiles: int) -> None:
-    """SceneError if geometry that covers so many tiles would take too much memory."""
-    if n_tiles * grid.shape[0] * grid.shape[1] * SUBDIVISION**2 > MAX_SAMPLES:
+    """SceneError if geometry that covers so many tiles would take too long to look at."""
+    n_samples = grid.shape[0] * grid.shape[1] * SUBDIVISION**2
+    # What stands on a corner covers four.
+    if n_tiles * n_samples > max(MAX_SAMPLES, 4 * n_samples):
         raise SceneError(
             f"An obstacle or region covers {n_tiles:,} tiles of {grid.size[0]:g} x {grid.size[1]:g} m, more than "
             "can be looked at; cut it down to the tile, or do not tile the ground."
         )
 
 
-def solid_samples(grid: Grid, triangles: np.ndarray, low: float, high: float) -> np.ndarray:
-    """(4 nx, 4 ny) bool: samples of the ground inside closed meshes, for (T, 3, 3) world triangles in metres."""
+def solid_strips(grid: Grid, triangles: np.ndarray, low: float, high: float) -> Iterator[tuple[Rows, np.ndarray]]:
+    """Samples of the ground inside closed meshes, for (T, 3, 3) world triangles in metres: (rows, (rows, 4 ny) bool).
+
+    Strips in which nothing is solid are left out.
+    """
     size = np.array(grid.shape[:2]) * SUBDIVISION
+    nx, ny = size.tolist()
     moved = np.array(triangles, dtype=float)
     moved[:, :, :2] = (moved[:, :, :2] - grid.origin) / grid.sample_size
-    if not grid.tiled or len(moved) == 0:
-        return solid_columns(moved, low, high, tuple(size.tolist()))
-    # Faces of one mesh must stay together: look at all the tiles that the geometry covers.
-    first = np.floor(moved[:, :, :2].min(axis=(0, 1)) / size).astype(int)
-    n_tiles = np.floor(moved[:, :, :2].max(axis=(0, 1)) / size).astype(int) + 1 - first
-    _check_repeats(grid, int(np.prod(n_tiles)))
-    moved[:, :, :2] -= first * size
-    nx, ny = size.tolist()
-    solid = solid_columns(moved, low, high, tuple((n_tiles * size).tolist()))
-    return solid.reshape(n_tiles[0], nx, n_tiles[1], ny).any(axis=(0, 2))
+    n_tiles = np.ones(2, dtype=int)
+    if grid.tiled and len(moved):
+        # Faces of one mesh must stay together: look at all the tiles that the geometry covers.
+        first_tile = np.floor(moved[:, :, :2].min(axis=(0, 1)) / size).astype(int)
+        n_tiles = np.floor(moved[:, :, :2].max(axis=(0, 1)) / size).astype(int) + 1 - first_tile
+        _check_repeats(grid, int(np.prod(n_tiles)))
+        moved[:, :, :2] -= first_tile * size
+    z = moved[:, :, 2]
+    if not (np.isfinite(high) and np.isfinite(low)):
+        return
+    above, below = _ByRows(_beyond(moved, z - high)), _ByRows(_beyond(moved, low - z))
+    shape = tuple((n_tiles * size).tolist())
+    for first, last in strips(nx, shape[1]):
+        found = np.zeros((last - first, ny), dtype=bool)
+        for x in range(0, shape[0], nx):
+            rows = x + first, x + last
+            solid = solid_columns(above.near(*rows), below.near(*rows), shape, rows)
+            found |= solid.reshape(last - first, n_tiles[1], ny).any(axis=1)
+        if found.any():
+            yield (first, last), found
 
 
 def samples_within(grid: Grid, polygons: np.ndarray, distance: float) -> np.ndarray:
     """(4 nx, 4 ny) bool: samples of the ground with any point nearer than ``distance`` (m) to the polygons, or touched.
 
-    The distance between two samples is that of the nearest points of their squares: growing the occupied ones by
-    one sample in all eight directions and measuring between centres gives exactly that.
+    The distance is that of the nearest points of two samples' squares, see :func:`.dilation.samples_near`.
     """
+    margin = margin_for(grid, distance)
+    return grown(grid, occupied_samples(grid, polygons, margin), margin, distance)
+
+
+def margin_for(grid: Grid, distance: float) -> int:
+    """Samples around the ground whose obstacles are within ``distance`` (m) of it; SceneError if those are too many."""
     size = np.array(grid.shape[:2]) * SUBDIVISION
     if np.prod(size + 2 * (distance / grid.sample_size + 2)) > MAX_SAMPLES:
         raise SceneError(
             f"Keeping {distance:g} m away from everything takes too much memory in cells of {grid.cell_size:g} m; use "
             "a smaller radius or margin, or larger cells."
         )
-    margin = int(np.ceil(distance / grid.sample_size)) + 2
-    occupied = occupied_samples(grid, polygons, margin)
-    if distance > 0 and occupied.any():
-        apart = np.asarray(ndimage.binary_erosion(~occupied, np.ones((3, 3), dtype=bool), border_value=True))
-        clearance = np.asarray(ndimage.distance_transform_edt(apart)) * grid.sample_size
-        # A hair of tolerance on the safe side, against rounding in the distance itself.
-        occupied = occupied | (clearance < distance * (1 + 1e-9))
-    return occupied[margin:-margin, margin:-margin]
+    return int(np.ceil(distance / grid.sample_size)) + 2
+
+
+def grown(grid: Grid, occupied: np.ndarray, margin: int, distance: float) -> np.ndarray:
+    """(4 nx, 4 ny) bool: what is near ``occupied``, which are samples of the ground and of ``margin`` around it."""
+    if distance > 0:
+        occupied = samples_near(occupied, distance / grid.sample_size)
+    return np.ascontiguousarray(occupied[margin:-margin, margin:-margin])
+
+
+def faces_over_and_under(grid: Grid, triangles: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Two (4 nx, 4 ny) int arrays: how many more of the (T, 3, 3) world triangles (m) face up than down over the height
+    ``high``, and under ``low`` (m), at each sample of a ground that is not tiled.
+    """
+    shape = grid.shape[0] * SUBDIVISION, grid.shape[1] * SUBDIVISION
+    moved = np.array(triangles, dtype=float)
+    moved[:, :, :2] = (moved[:, :, :2] - grid.origin) / grid.sample_size
+    z, rows = moved[:, :, 2], (0, shape[0])
+    return _crossings(_beyond(moved, z - high), shape, rows), _crossings(_beyond(moved, low - z), shape, rows)

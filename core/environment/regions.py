@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy import ndimage
 
 from ..errors import SceneError
-from .grid import Grid
-from .obstacles import clip_to_heights, occupied_samples, samples_within
+from .grid import SUBDIVISION, Grid
+from .obstacles import Footing, clip_to_heights, samples_within, strips
 
 
 class RegionRule(Enum):
@@ -114,7 +113,12 @@ def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
     nx, ny, n_headings = grid.shape
     finer = Grid((nx * _FINER, ny * _FINER, n_headings), grid.cell_size / _FINER, grid.origin, grid.tiled)
     # The tolerance lets a region that ends with a sample hold it.
-    touched = occupied_samples(finer, shadow, margin=1, tolerance=1e-6)
-    inside = ndimage.binary_erosion(touched, np.ones((3, 3), dtype=bool))[1:-1, 1:-1]
-    width, depth = inside.shape
-    return inside.reshape(width // _FINER, _FINER, depth // _FINER, _FINER).all(axis=(1, 3))
+    footing = Footing(finer, shadow, margin=1, tolerance=1e-6)
+    width, depth = nx * SUBDIVISION, ny * SUBDIVISION
+    inside = np.empty((width, depth), dtype=bool)
+    for first, last in strips(width, depth * _FINER**2):
+        touched = footing.rows(first * _FINER, last * _FINER + 2)
+        rows = touched[:-2] & touched[1:-1] & touched[2:]
+        kept = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
+        inside[first:last] = kept.reshape(last - first, _FINER, depth, _FINER).all(axis=(1, 3))
+    return inside

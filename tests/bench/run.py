@@ -18,6 +18,7 @@ from tests.bench import (
     expanses,
     graphs,
     loads,
+    obstacles,
     playbacks,
     reaches,
     studies,
@@ -36,6 +37,7 @@ BENCHMARKS = {
     **playbacks.BENCHMARKS,
     **studies.BENCHMARKS,
     **loads.BENCHMARKS,
+    **obstacles.BENCHMARKS,
 }
 
 

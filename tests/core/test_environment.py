@@ -1,10 +1,15 @@
 """Grid, obstacles and regions against exact geometry."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
+from core.environment import obstacles
+from core.environment.dilation import samples_near
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.obstacles import clip_to_heights, rasterise, samples_within
@@ -155,6 +160,110 @@ def test_region_masks_are_rounded_to_their_safe_side(seed):
     except SceneError:  # a triangle too thin to hold a sample
         return
     assert np.all(within[confined.regions[0].mask[sample]] <= 1e-9)
+
+
+@contextmanager
+def strips_of(n_samples):
+    """Masks are rasterised in strips of so many samples, but at least a row."""
+    usual = obstacles.SAMPLES_AT_ONCE
+    obstacles.SAMPLES_AT_ONCE = n_samples
+    try:
+        yield
+    finally:
+        obstacles.SAMPLES_AT_ONCE = usual
+
+
+def touched_in_one_piece(grid, polygons, margin, tolerance=0.0):
+    """The samples of a ground and of a margin around it that polygons touch, the whole mask rasterised at once."""
+    size = np.array(grid.shape[:2]) * SUBDIVISION
+    polygons = (polygons - grid.origin) / grid.sample_size
+    if not grid.tiled:
+        return rasterise(polygons + margin, tuple(size + 2 * margin), tolerance)
+    if len(polygons) == 0:
+        return np.zeros(size + 2 * margin, dtype=bool)
+    polygons = polygons - np.floor(polygons.min(axis=1, keepdims=True) / size) * size
+    n = np.floor(polygons.max(axis=(0, 1)) / size).astype(int) + 1
+    tiles = rasterise(polygons, tuple(n * size), tolerance).reshape(n[0], size[0], n[1], size[1])
+    return np.pad(tiles.any(axis=(0, 2)), margin, mode="wrap")
+
+
+def near_in_one_piece(grid, polygons, distance):
+    """The samples within a distance, by a distance transform of the whole mask."""
+    margin = int(np.ceil(distance / grid.sample_size)) + 2
+    occupied = touched_in_one_piece(grid, polygons, margin)
+    if distance > 0 and occupied.any():
+        apart = ndimage.binary_erosion(~occupied, np.ones((3, 3), dtype=bool), border_value=True)
+        occupied = occupied | (ndimage.distance_transform_edt(apart) * grid.sample_size < distance * (1 + 1e-9))
+    return occupied[margin:-margin, margin:-margin]
+
+
+def inside_in_one_piece(grid, polygons):
+    """The samples inside polygons, on one mask four times finer."""
+    nx, ny, n_headings = grid.shape
+    finer = Grid((nx * 4, ny * 4, n_headings), grid.cell_size / 4, grid.origin, grid.tiled)
+    touched = touched_in_one_piece(finer, polygons, 1, 1e-6)
+    inside = ndimage.binary_erosion(touched, np.ones((3, 3), dtype=bool))[1:-1, 1:-1]
+    return inside.reshape(nx * SUBDIVISION, 4, ny * SUBDIVISION, 4).all(axis=(1, 3))
+
+
+@settings(max_examples=12)
+@given(st.integers(0, 10**6), st.booleans(), st.integers(40, 1000))
+def test_strips_join_without_a_seam(seed, tiled, n_samples):
+    """What is built strip by strip is what one piece gives, to the bit; tiles wrap."""
+    rng = np.random.default_rng(seed)
+    shape = (*rng.integers(3, 8, 2).tolist(), 4)
+    grid = Grid(shape, 0.2, tuple(rng.uniform(-1, 1, 2).tolist()), tiled)
+
+    def things(n):
+        """Turned boxes on and around the ground, some on its edges."""
+        made = [np.empty((0, 3, 3))]
+        for _ in range(n):
+            half, angle = rng.uniform(0.02, 0.9, 2), rng.uniform(0, np.pi)
+            turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+            at = grid.origin + rng.uniform(-0.3, 1.3, 2) * grid.size
+            made.append(box_triangles((*-half, rng.uniform(-1, 1)), (*half, 3)) @ turn.T + [*at, 0])
+        return np.concatenate(made)
+
+    scene, body = things(rng.integers(4)), EnvironmentSettings(radius=float(rng.choice([0, 0.03, 0.25, 0.7, 3.0])))
+    rules = list(RegionRule)
+    margin = float(rng.choice([0, 0.1]))
+    spots = [Region(rule.value, rule, rule.value, things(rng.integers(1, 3)), margin) for rule in rules]
+    kept = []
+    for region in spots:
+        shadow = clip_to_heights(region.triangles, -np.inf, np.inf)
+        if region.rule is RegionRule.CONFINE:
+            mask = inside_in_one_piece(grid, shadow)
+        else:
+            mask = near_in_one_piece(grid, shadow, margin)
+        if mask.any():
+            kept.append((region, mask))
+    with strips_of(10**9):
+        whole = build_environment(grid, scene, [region for region, _ in kept], body)
+    with strips_of(n_samples):
+        built = build_environment(grid, scene, [region for region, _ in kept], body)
+    low, high = body.ground_height + body.step_height, body.ground_height + body.head_height
+    expected = near_in_one_piece(grid, clip_to_heights(scene, low, high), body.radius)
+    assert np.array_equal(built.blocked, whole.blocked)
+    assert not np.any(expected & ~built.blocked)
+    # What is blocked besides is inside something closed.
+    bare = samples_within(grid, clip_to_heights(scene, low, high), body.radius)
+    assert np.array_equal(bare, expected)
+    for (_, mask), found in zip(kept, built.regions, strict=True):
+        assert np.array_equal(found.mask, mask)
+
+
+@given(st.integers(0, 10**6), st.floats(0.01, 7.0))
+def test_what_is_near_is_what_a_distance_transform_finds(seed, distance):
+    rng = np.random.default_rng(seed)
+    margin = int(np.ceil(distance)) + 2
+    occupied = rng.random(rng.integers(1, 20, 2) + 2 * margin) < rng.choice([0.001, 0.02, 0.3])
+    found = samples_near(occupied, distance)[margin:-margin, margin:-margin]
+    if not occupied.any():
+        assert not found.any()
+        return
+    apart = ndimage.binary_erosion(~occupied, np.ones((3, 3), dtype=bool), border_value=True)
+    expected = ndimage.distance_transform_edt(apart) < distance * (1 + 1e-9)
+    assert np.array_equal(found, expected[margin:-margin, margin:-margin])
 
 
 def confined(*triangles, grid, names=("a", "b")):

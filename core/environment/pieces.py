@@ -1,0 +1,70 @@
+"""Obstacles where they stand: shapes, which many of them may share, each with its place."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A mesh in its own space.
+
+    Attributes
+    ----------
+    triangles : (T, 3, 3) float array
+        Corners in metres: [triangle, corner, xyz].
+    """
+
+    triangles: np.ndarray
+
+    @cached_property
+    def digest(self) -> str:
+        """Equal for equal triangles."""
+        digest = hashlib.blake2b(repr((self.triangles.shape, self.triangles.dtype.str)).encode(), digest_size=16)
+        digest.update(np.ascontiguousarray(self.triangles).data)
+        return digest.hexdigest()
+
+    @cached_property
+    def is_finite(self) -> bool:
+        """Whether every coordinate is a number."""
+        return bool(np.isfinite(self.triangles).all())
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A shape in the world.
+
+    Attributes
+    ----------
+    shape : Shape
+    matrix : (4, 4) float array
+        From the shape's space to the world's, for columns (x, y, z, 1).
+    """
+
+    shape: Shape
+    matrix: np.ndarray
+
+    @cached_property
+    def key(self) -> tuple[str, bytes]:
+        """Equal for pieces with the same triangles in the world."""
+        return self.shape.digest, np.ascontiguousarray(self.matrix, dtype=float).tobytes()
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, 3): lowest and highest world coordinates in metres; the shape must have triangles."""
+        corners = self.triangles().reshape(-1, 3)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+    def triangles(self) -> np.ndarray:
+        """(T, 3, 3) world positions in metres; made anew each time, because they take much more than the shape."""
+        corners = self.shape.triangles.reshape(-1, 3) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        return corners.reshape(-1, 3, 3)
+
+
+def all_triangles(pieces: Iterable[Piece]) -> np.ndarray:
+    """(T, 3, 3) world positions in metres of the triangles of all pieces, in their order."""
+    parts = [piece.triangles() for piece in pieces]
+    return np.concatenate(parts) if parts else np.empty((0, 3, 3))
