@@ -11,6 +11,7 @@ import importlib
 import logging
 import os
 import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -26,8 +27,17 @@ _NO_DASK = (
 _NOTED = "shared.txt"
 """A file in the study's folder that every worker must see."""
 
+_LOCK = ".lock"
+"""A file in the study's folder that whoever works there has locked."""
+
 _PATIENCE = 15
 """Seconds to wait for a scheduler to answer."""
+
+_QUIET = 5
+"""Seconds without any worker after which that is said."""
+
+_WAIT_FOR_WORKERS = 1800
+"""Seconds to wait for new workers when all are gone."""
 
 
 class ClusterError(Exception):
@@ -40,7 +50,7 @@ def core(name: str):
 
 
 def parse(words: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="cluster.py", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="cluster.py", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("file", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--scheduler", default=LOCAL)
@@ -50,11 +60,41 @@ def parse(words: list[str]) -> argparse.Namespace:
 
 
 @contextlib.contextmanager
+def only_one(folder: Path):
+    """ClusterError while another study works in a folder: they would take away each other's files.
+
+    The lock is the operating system's, and ends with the process, however that ends.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        file = open(folder / _LOCK, "ab")  # noqa: SIM115 (closed by the with below)
+    except OSError as error:
+        raise ClusterError(f"'{folder}' cannot be written to ({error.strerror}); choose another with --out.") from None
+    with file:
+        try:
+            if os.name == "nt":
+                msvcrt = importlib.import_module("msvcrt")
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                fcntl = importlib.import_module("fcntl")
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            raise ClusterError(
+                f"Another study works in '{folder}' right now; wait for it, stop it, or choose another with --out."
+            ) from None
+        except OSError:
+            # Some shared folders know no locks.
+            pass
+        yield
+
+
+@contextlib.contextmanager
 def open_executor(scheduler: str, n_workers: int | None, folder: Path):
-    """An executor: of a Dask cluster on this machine, of the scheduler at an address, or of plain processes."""
+    """An executor, of a Dask cluster on this machine, of the scheduler at an address, or of plain processes, and what
+    to call now and then, so that missing workers are said."""
     if scheduler == PROCESSES:
         with ProcessPoolExecutor(n_workers, get_context("spawn")) as executor:
-            yield executor
+            yield executor, lambda: None
         return
     try:
         distributed = importlib.import_module("distributed")
@@ -82,8 +122,10 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
             reason = str(error).strip().split("\n")[0] or type(error).__name__
             raise ClusterError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
         check_workers(client, folder)
+        roll_call = RollCall(client, scheduler)
+        stack.callback(roll_call.end)
         # Every task is its own: one that failed is tried again, not looked up.
-        yield client.get_executor(pure=False)
+        yield client.get_executor(pure=False), roll_call
 
 
 def check_workers(client, folder: Path) -> None:
@@ -101,11 +143,15 @@ def check_workers(client, folder: Path) -> None:
         found["scheduler"] = (client.run_on_scheduler(_look, str(note))[0], text)
     finally:
         note.unlink(missing_ok=True)
-    for who, (knows_core, seen) in found.items():
-        if not knows_core:
+    for who, (version, seen) in found.items():
+        if not version:
             raise ClusterError(
                 f"The {who} cannot import Wayfarer's core: copy the folder '{ROOT}' to its machine, and "
                 "start it with PYTHONPATH set to that folder."
+            )
+        if version != core("study.version").core_version():
+            raise ClusterError(
+                f"The {who} has another version of Wayfarer: copy the folder '{ROOT}' to its machine, and restart it."
             )
         if seen != text:
             raise ClusterError(
@@ -114,28 +160,83 @@ def check_workers(client, folder: Path) -> None:
             )
 
 
-def _look(note: str) -> tuple[bool, str]:
-    """On another machine: whether the core can be imported, and what stands in a file."""
+def _look(note: str) -> tuple[str, str]:
+    """On another machine: which version of the core can be imported, if any, and what stands in a file."""
     import importlib
     from pathlib import Path
 
     try:
         importlib.import_module("core.study.tasks")
+        version = importlib.import_module("core.study.version").core_version()
     except ImportError:
-        return False, ""
+        return "", ""
     path = Path(note)
-    return True, path.read_text() if path.exists() else ""
+    return version, path.read_text() if path.exists() else ""
+
+
+class RollCall:
+    """Tells, when called, that a cluster has no worker left, how long it has been waited for one, and that one came.
+
+    The scheduler is asked in a thread of its own: it may not answer, which is for the study to find out.
+    """
+
+    def __init__(self, client, scheduler: str):
+        self._client, self._scheduler = client, scheduler
+        self._n_workers, self._ended = 1, threading.Event()
+        self._gone_since: float | None = None
+        self._told = 0.0
+        threading.Thread(target=self._ask, daemon=True).start()
+
+    def end(self) -> None:
+        self._ended.set()
+
+    def _ask(self) -> None:
+        while not self._ended.wait(1.0):
+            # Whatever the cluster's trouble is, the study hears of it by its tasks.
+            with contextlib.suppress(Exception):
+                self._n_workers = len(self._client.nthreads())
+
+    def __call__(self) -> None:
+        """ClusterError if nobody came for too long."""
+        now = time.monotonic()
+        if self._n_workers:
+            if self._gone_since is not None and self._told:
+                print("A worker is back; the study goes on.", file=sys.stderr, flush=True)
+            self._gone_since, self._told = None, 0.0
+            return
+        if self._gone_since is None:
+            self._gone_since = now
+        waited = now - self._gone_since
+        if waited > _WAIT_FOR_WORKERS:
+            raise ClusterError(
+                f"No worker came in {_spoken(waited)}. What is finished is kept: start workers, then the same study "
+                "again."
+            )
+        # At first, and then once a minute.
+        if waited > _QUIET and (not self._told or now - self._told > 60):
+            self._told = now
+            print(
+                f"No worker is left since {_spoken(waited)}; waiting for new ones for {_spoken(_WAIT_FOR_WORKERS)} at "
+                f"most. Start some: dask worker {self._scheduler}. Ctrl-C stops the study; what is finished is kept.",
+                file=sys.stderr,
+                flush=True,
+            )
+
+
+def _spoken(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
 
 
 class Teller:
     """Progress lines on standard error; not more than one in two seconds while no case ends."""
 
-    def __init__(self, quiet: bool):
-        self._quiet = quiet
+    def __init__(self, quiet: bool, roll_call):
+        self._quiet, self._roll_call = quiet, roll_call
         self._last = ("", -1.0)
         self._time = 0.0
 
     def __call__(self, progress) -> None:
+        self._roll_call()
         now, said = time.monotonic(), (progress.message, progress.fraction)
         if self._quiet or not progress.message or said == self._last:
             return
@@ -151,9 +252,10 @@ def main(words: list[str]) -> int:
     try:
         plan = core("study.plan").read_plan(options.file)
         folder = options.out.resolve()
-        with open_executor(options.scheduler, options.workers, folder) as executor:
+        place = open_executor(options.scheduler, options.workers, folder)
+        with only_one(folder), place as (executor, roll_call):
             steps = core("study.run").run_study_steps(plan, folder, executor)
-            outcome = core("progress").finish(steps, Teller(options.quiet))
+            outcome = core("progress").finish(steps, Teller(options.quiet, roll_call))
         csv, page = folder / "results.csv", folder / "results.html"
         set_file.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
         set_file.write_whole(page, core("study.report").study_page(outcome).encode())
@@ -170,6 +272,8 @@ def main(words: list[str]) -> int:
         f"{outcome.n_known} of them from before; {outcome.n_failed} failed.\n  {csv}\n  {page}",
         flush=True,
     )
+    if outcome.n_outdated:
+        print(f"{outcome.n_outdated} results of another version of Wayfarer were replaced.", flush=True)
     return 3 if outcome.n_failed else 0
 
 

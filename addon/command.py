@@ -22,15 +22,17 @@ import numpy as np
 from ..core.errors import MotionGraphError
 from ..core.evaluation.variability import floor_variability_steps
 from ..core.report.scene_report import write_report
-from .advice import clip_advice, embedding_advice, environment_advice
+from .advice import embedding_advice
+from .command_numbers import embedding_numbers, graph_numbers, warnings
 from .command_output import Aloud, clean_output, finish_aloud, say, summary_lines
 from .command_scene import CommandError, choose_character, find_scene, open_blend
 from .engine_folder import write_engine_folder
+from .large_ground import evaluate_in_parcels
 from .overrides import apply_override
 from .properties.walk import WalkStyle, WalkTarget
 from .scene_report import scene_report_steps
-from .state import embedding_is_stale, graph_is_stale, results
-from .study import add_study_options, run_study
+from .state import embedding_is_stale, embedding_of, graph_is_stale, graph_of, results
+from .study import add_place_options, add_study_options, program_words, run_study
 from .walks.baking import bake_motion
 from .walks.motion import motion_steps, read_motion_request
 from .walks.planning import walk_steps
@@ -40,13 +42,24 @@ from .workflow import build_graph_steps, embed_scene_steps, keep_built, keep_emb
 NAME = "wayfarer"
 
 
+class Ended(Exception):
+    """A program that did the work has told why there is nothing to show; its exit code."""
+
+    def __init__(self, code: int):
+        self.code = code
+
+
 # ----------------------------------------------------------------------------------------------- commands
 
 
 def evaluate(options: argparse.Namespace, scene) -> dict:
     """How well the character gets around in the scene."""
+    if options.parcels is not None:
+        return _evaluate_in_parcels(options, scene)
+    if options.workers is not None:
+        raise CommandError("Only a ground in parcels has workers; say --parcels METRES, too.")
     _embed(scene)
-    embedding = results(scene).embedding
+    embedding = embedding_of(scene)
     ways = finish_aloud(floor_variability_steps(embedding))
     covered = ways[ways > 0]
     return {
@@ -57,6 +70,20 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
             "highest": int(ways.max()),
         }
     }
+
+
+def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
+    """The same of a ground that is too large for one process."""
+    if options.out is None:
+        raise CommandError("A ground in parcels needs a folder to work in; say --out FOLDER.")
+    words = program_words(options)
+    _build_graph(scene)
+    folder, options.out = options.out.resolve(), None
+    found = evaluate_in_parcels(scene, graph_of(scene), options.parcels, folder, *words)
+    if isinstance(found, int):
+        # It has said why.
+        raise Ended(1 if found == 3 else found)
+    return found
 
 
 def walk(options: argparse.Namespace, scene) -> dict:
@@ -73,7 +100,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
     if options.within is not None:
         settings.nearness = options.within
     _embed(scene)
-    embedding = results(scene).embedding
+    embedding = embedding_of(scene)
     if embedding.n_nodes == 0:
         raise CommandError(embedding_advice(scene)[0] + ".")
     request = read_request(bpy.context)
@@ -99,7 +126,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
 def report(options: argparse.Namespace, scene) -> dict:
     """Write the report of the scene."""
     _embed(scene)
-    if results(scene).embedding.n_nodes == 0:
+    if embedding_of(scene).n_nodes == 0:
         raise CommandError(embedding_advice(scene)[0] + ".")
     files = write_report(options.folder.resolve(), finish_aloud(scene_report_steps(scene, options.thorough)))
     return {"report": {"folder": str(options.folder.resolve()), "files": [path.name for path in files]}}
@@ -109,12 +136,14 @@ def export(options: argparse.Namespace, scene) -> dict:
     """Write the embedding and the clips for engines."""
     _embed(scene)
     say("Writing files")
-    written = write_engine_folder(scene, results(scene).embedding, options.folder.resolve(), not options.no_clips)
+    written = write_engine_folder(
+        scene, embedding_of(scene), options.folder.resolve(), not options.no_clips, not options.no_table
+    )
     return {"export": {"folder": str(options.folder.resolve()), "files": written}}
 
 
-def _embed(scene) -> None:
-    """Motion graph and embedding as the scene asks for now; those that were saved with it are used if they fit."""
+def _build_graph(scene) -> None:
+    """The motion graph that the scene asks for now; one that was saved with it is used if it fits."""
     settings = scene.wayfarer
     if settings.character is not None and not settings.clips:
         settings.refresh_clips()
@@ -126,50 +155,13 @@ def _embed(scene) -> None:
         keep_built(scene, built := finish_aloud(build_graph_steps(scene)))
         for name, reason in built.problems:
             say(f"Left out '{name}': {reason}")
+
+
+def _embed(scene) -> None:
+    """Motion graph and embedding as the scene asks for now; those that were saved with it are used if they fit."""
+    _build_graph(scene)
     if results(scene).embedding is None or embedding_is_stale(scene):
         keep_embedded(scene, finish_aloud(embed_scene_steps(scene, bpy.context.evaluated_depsgraph_get())))
-
-
-def _numbers(scene) -> dict:
-    """What every command tells about the scene."""
-    found, settings = results(scene), scene.wayfarer
-    graph, embedding, summary = found.graph, found.embedding, found.summary
-    environment = embedding.environment
-    cell = environment.grid.cell_size**2
-    free, covered = environment.free_cells(), embedding.covered().any(axis=2)
-    return {
-        "file": bpy.data.filepath,
-        "scene": scene.name,
-        "character": settings.character.name,
-        "graph": {
-            "clips": summary["clips"],
-            "clips_played": summary["clips_played"],
-            "segments": len(graph.segments),
-            "links": len(graph.links),
-            "max_cost": None if math.isnan(graph.max_cost) else float(graph.max_cost),
-            "motion_seconds": summary["motion_seconds"],
-            "dropped_seconds": summary["dropped_seconds"],
-        },
-        "embedding": {
-            "cells": list(environment.grid.shape[:2]),
-            "headings": environment.grid.n_headings,
-            "cell_size": environment.grid.cell_size,
-            "nodes": embedding.n_nodes,
-            "links": embedding.n_links,
-        },
-        "coverage": {
-            "share": summary["coverage"],
-            "square_metres": float((covered & free).sum() * cell),
-            "free_square_metres": float(free.sum() * cell),
-        },
-    }
-
-
-def _warnings(scene) -> list[str]:
-    sentences = [*clip_advice(scene), *environment_advice(scene), *embedding_advice(scene)]
-    if results(scene).problem:
-        sentences.append(results(scene).problem)
-    return [f"{sentence}." for sentence in sentences]
 
 
 # ------------------------------------------------------------------------------------------- command line
@@ -194,11 +186,23 @@ def _parser() -> argparse.ArgumentParser:
         help="another value for a setting, such as cell_size=0.1, environment.radius=0.3, tiled=yes; several times",
     )
     common.add_argument("--json", metavar="FILE", help="write all numbers to this file; - for standard output")
-    common.add_argument("--out", metavar="FILE", type=Path, help="save the scene with its results as this .blend")
+    common.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="save the scene with its results as this .blend; with --parcels, the folder to work in",
+    )
     common.add_argument("--quiet", action="store_true", help="no progress on standard error")
 
     command = commands.add_parser("evaluate", parents=[common], help="coverage, variability, numbers of the embedding")
     command.set_defaults(work=evaluate)
+    command.add_argument(
+        "--parcels",
+        metavar="METRES",
+        type=_positive,
+        help="embed a ground too large for one process in parcels of this side; start it again to go on",
+    )
+    add_place_options(command, "processes")
     command = commands.add_parser("walk", parents=[common], help="let the character walk, and bake the walk")
     command.set_defaults(work=walk)
     command.add_argument("--duration", metavar="SECONDS", type=_positive, help="how long to walk at least")
@@ -215,6 +219,7 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(work=export)
     command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")
     command.add_argument("--no-clips", action="store_true", help="only the embedding, without clips.glb")
+    command.add_argument("--no-table", action="store_true", help="without the plain table of nodes and links")
     command = commands.add_parser("study", help="many scenes, clip sets and settings, on all cores or on a cluster")
     add_study_options(command)
     return parser
@@ -256,6 +261,8 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
             # Operators tell what they have to say through Python's standard output.
             with contextlib.redirect_stdout(sys.stderr):
                 return run_study(options, out) if options.command == "study" else _run(options, blend, out)
+        except Ended as end:
+            return end.code
         except (CommandError, MotionGraphError) as error:
             sentence = str(error)
         except OSError as error:
@@ -273,7 +280,10 @@ def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
     with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
         _prepare(options, scene)
         special = options.work(options, scene)
-        numbers = {"command": options.command, **_numbers(scene), **special, "warnings": _warnings(scene)}
+        # A ground in parcels has no embedding in Blender.
+        whole = {} if "embedding" in special else embedding_numbers(scene)
+        numbers = {"command": options.command, **graph_numbers(scene), **whole, **special}
+        numbers["warnings"] = warnings(scene, bool(whole))
         if options.out is not None:
             numbers["saved"] = _save(options.out)
     numbers["seconds"] = round(time.perf_counter() - started, 3)

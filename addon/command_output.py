@@ -4,6 +4,7 @@ import contextlib
 import os
 import sys
 
+from ..core import wording
 from ..core.progress import Progress, finish
 from .text import counted
 
@@ -16,12 +17,17 @@ def summary_lines(numbers: dict) -> list[str]:
         f"{graph['clips_played']} of {counted(graph['clips'], 'clip')}, {graph['motion_seconds']:.1f} s of motion",
         f"Embedding: {counted(embedding['nodes'], 'node')}, {counted(embedding['links'], 'link')} on "
         f"{embedding['cells'][0]} x {embedding['cells'][1]} cells x {embedding['headings']} headings",
-        f"Coverage: {coverage['share']:.1%} of the free floor, {coverage['square_metres']:.2f} of "
-        f"{coverage['free_square_metres']:.2f} m2",
+        f"Coverage: {wording.share(coverage['share'])} of the free floor, "
+        f"{wording.amount(coverage['square_metres'])} of {wording.area(coverage['free_square_metres'])}",
     ]
     if "variability" in numbers:
         ways = numbers["variability"]
-        lines.append(f"Variability: {ways['mean']:,.0f} ways on average, up to {ways['highest']:,} in a cell")
+        lines.append(
+            f"Variability: {ways['mean']:,.0f} ways on average, up to {counted(ways['highest'], 'way')} in a cell"
+        )
+    if "parcels" in numbers:
+        made = numbers["parcels"]
+        lines.append(f"In parcels of {made['parcel_size']:g} m; table, page and maps: {made['folder']}")
     if "walk" in numbers:
         made = numbers["walk"]
         lines.append(

@@ -1,17 +1,16 @@
 """The folder that engines read: the embedding, the clips, the reader and a page about them."""
 
-import shutil
 from pathlib import Path
 
 import bpy
 
 from ..core.embedding.embedding import Embedding
 from ..core.errors import ExportError
-from ..core.expanse.set_file import write_whole
 from ..core.export.engine_format import engine_files
 from ..core.motion.graph import MotionGraph
 from .bridge.export_gltf import export_clips
 from .bridge.write_action import write_clip
+from .export_folder import check_folder, remember, write_files
 from .text import counted
 
 READER = Path(__file__).resolve().parents[1] / "assets" / "engine" / "wayfarer_reader.py"
@@ -22,7 +21,8 @@ _README = """\
 
 Made by Wayfarer: where '{character}' can go in this scene, and how. {nodes}, {links}.
 
-* embedding.json, embedding.npz: the embedding. The format is described in docs/engine_format.md of Wayfarer's source.
+* embedding.json, embedding.npz, and perhaps embedding.table, a plain list of nodes and links: the embedding. The
+  format is described in docs/engine_format.md of Wayfarer's source.
 * wayfarer_reader.py: a reader that needs Python and NumPy only; it walks, plans and lays out the root's path.
   Try it: python wayfarer_reader.py .
 * clips.glb: the character with an animation for each clip, named as in embedding.json (Y is up in there, as glTF
@@ -33,22 +33,14 @@ root laid along `root_path`. Every node has a way on.
 """
 
 
-def write_engine_folder(scene, embedding: Embedding, folder: Path, with_clips: bool = True) -> list[str]:
+def write_engine_folder(
+    scene, embedding: Embedding, folder: Path, with_clips: bool = True, with_table: bool = True
+) -> list[str]:
     """Write everything that an engine needs of a scene's embedding; returns the names of the files.
 
-    Raises ExportError if there is nothing to export or Blender cannot, StorageError if a file cannot be written.
+    Raises ExportError if there is nothing to export, Blender cannot, or a file in the folder is not ours to replace;
+    StorageError if a file cannot be written.
     """
-    files = engine_files(embedding)
-    # A folder with an earlier export is written anew; a project's own README is not ours to replace.
-    foreign = [name for name in (*files, "README.md", CLIPS_FILE) if (folder / name).exists()]
-    if foreign and not (folder / READER.name).exists():
-        raise ExportError(f"'{folder}' holds a '{foreign[0]}' of something else; choose an empty folder.")
-    for name, raw in files.items():
-        write_whole(folder / name, raw)
-    try:
-        shutil.copyfile(READER, folder / READER.name)
-    except OSError as error:
-        raise ExportError(f"'{READER}' cannot be copied to '{folder}': {error.strerror}.") from None
     character = scene.wayfarer.character
     page = _README.format(
         scene=scene.name,
@@ -56,12 +48,18 @@ def write_engine_folder(scene, embedding: Embedding, folder: Path, with_clips: b
         nodes=counted(embedding.n_nodes, "node"),
         links=counted(embedding.n_links, "link"),
     )
-    write_whole(folder / "README.md", page.encode())
-    written = [*files, READER.name, "README.md"]
-    if with_clips:
-        _write_clips(scene, embedding.graph, folder / CLIPS_FILE)
-        written.append(CLIPS_FILE)
-    return written
+    try:
+        reader = READER.read_bytes()
+    except OSError as error:
+        raise ExportError(f"'{READER}' cannot be read: {error.strerror}; install Wayfarer again.") from None
+    files = {**engine_files(embedding, with_table), READER.name: reader, "README.md": page.encode()}
+    check_folder(folder, [*files, CLIPS_FILE] if with_clips else files)
+    write_files(folder, files)
+    if not with_clips:
+        return list(files)
+    _write_clips(scene, embedding.graph, folder / CLIPS_FILE)
+    remember(folder, [CLIPS_FILE])
+    return [*files, CLIPS_FILE]
 
 
 def _write_clips(scene, graph: MotionGraph, path: Path) -> None:

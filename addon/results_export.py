@@ -12,6 +12,7 @@ from ..core.report.color_scale import ColorScale
 from ..core.report.drawing import Drawing
 from ..core.report.png import png_bytes
 from .bridge.write_colors import painted_colors
+from .export_folder import write_files
 from .findings.finding import TITLES, finding_is_stale, numbers_of, table_of
 from .render.finding_charts import chart_of
 from .render.floor import floor_legend
@@ -26,7 +27,8 @@ _MAP = "map"
 def export_results(scene, folder: Path, as_json: bool, as_csv: bool, as_png: bool) -> list[Path]:
     """Write the scene's findings to a folder that exists; returns the files.
 
-    Raises EvaluationError if nothing is to be written, or the folder cannot be written to.
+    Raises EvaluationError if nothing is to be written, ExportError if a file in the folder is not ours to replace,
+    StorageError if the folder cannot be written to.
     """
     files: dict[str, bytes] = {}
     kept = [scene.wayfarer.findings[kind] for kind in TITLES if kind in scene.wayfarer.findings]
@@ -38,16 +40,12 @@ def export_results(scene, folder: Path, as_json: bool, as_csv: bool, as_png: boo
         chart = chart_of(finding)
         if chart is not None:
             files[f"{finding.name.lower()}.png"] = _png(chart)
-    painted = find_painted(scene) if as_png else None
-    if painted is not None:
-        files[f"{_MAP}.png"] = _png(_map_drawing(scene, painted))
+    floor, painted = find_painted(scene), results(scene).painted
+    if as_png and floor is not None and painted is not None:
+        files[f"{_MAP}.png"] = _png(_map_drawing(floor, painted[0].environment.grid.cell_size))
     if not files:
         raise EvaluationError("Nothing is to be written; choose JSON, CSV or PNG.")
-    try:
-        for name, data in files.items():
-            (folder / name).write_bytes(data)
-    except OSError as error:
-        raise EvaluationError(f"'{folder}' cannot be written to: {error.strerror}; choose another folder.") from None
+    write_files(folder, files)
     return [folder / name for name in files]
 
 
@@ -67,10 +65,9 @@ def _everything(scene, kept) -> dict:
     return {"file": bpy.data.filepath, "scene": scene.name, "embedding": size, "findings": found}
 
 
-def _map_drawing(scene, floor) -> Drawing:
+def _map_drawing(floor, cell_size: float) -> Drawing:
     """The painted floor, with its legend."""
     legend, colors = floor_legend(floor), painted_colors(floor)
-    cell_size = results(scene).painted[0].environment.grid.cell_size
     shown = legend if legend is not None else MapLegend("Map")
     entries: list[Swatch | ColorBar] = []
     if shown.bar is not None:

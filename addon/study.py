@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from fnmatch import fnmatchcase
+from inspect import getfile
 from pathlib import Path
 
 import bpy
@@ -26,27 +27,37 @@ from ..core.study.clip_set import ClipSet, clip_set_to_bytes
 from ..core.study.geometry import SceneGeometry, scene_to_bytes
 from ..core.study.plan import Source, StudyPlan, read_plan
 from ..core.study.sources import CLIPS, SCENES, problem_file, read_file
+from ..core.study.version import core_version, source_digest
 from .command_scene import CommandError, choose_character, find_scene, open_blend
 from .inputs import graph_settings, prepared_clips_steps, read_character, read_shapes, scene_regions
 
 _PROGRAM = Path(__file__).resolve().parent / "cluster.py"
 _STATES = "states.json"
 
+_PATIENCE = 20
+"""Seconds that the program has to end when it is stopped."""
+
 
 def add_study_options(parser: argparse.ArgumentParser) -> None:
     """The options of the command ``study``."""
     parser.add_argument("file", metavar="FILE.toml", type=Path, help="scenes, clip sets, settings and measures")
     parser.add_argument("--out", metavar="FOLDER", type=Path, help="default: beside the file, with its name")
+    add_place_options(parser, "local")
+    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
+
+
+def add_place_options(parser: argparse.ArgumentParser, usual: str) -> None:
+    """The options that tell where the work is done."""
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        default="local",
-        help="of a Dask scheduler; default: local, a cluster on this machine; 'processes' does without Dask",
+        default=usual,
+        help="of a Dask scheduler; 'local' is a Dask cluster on this machine, 'processes' does without Dask; "
+        f"default: {usual}",
     )
     parser.add_argument(
         "--workers", metavar="N", type=int, help="processes on this machine; default: one for each core"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
 
 
 def run_study(options: argparse.Namespace, out) -> int:
@@ -54,24 +65,42 @@ def run_study(options: argparse.Namespace, out) -> int:
 
     Raises CommandError or StudyError if it cannot begin.
     """
-    if options.workers is not None and options.workers < 1:
-        raise CommandError(f"{options.workers} workers cannot do anything; say --workers 1 or more.")
     file = options.file.resolve()
+    words = program_words(options)
     plan = read_plan(file)
     folder = (options.out or file.with_name(f"{file.stem}-study")).resolve()
     read_sources(plan, folder, _silent if options.quiet else _tell)
-    words = [str(file), "--out", str(folder), "--scheduler", options.scheduler]
+    return run_program(file, folder, *words, out=out)
+
+
+def program_words(options: argparse.Namespace) -> list[str]:
+    """Where the work runs, as :mod:`.cluster` wants to be told; CommandError if nobody is to do it."""
+    if options.workers is not None and options.workers < 1:
+        raise CommandError(f"{options.workers} workers cannot do anything; say --workers 1 or more.")
+    words = ["--scheduler", options.scheduler]
     words += ["--workers", str(options.workers)] if options.workers else []
-    words += ["--quiet"] if options.quiet else []
+    return words + (["--quiet"] if options.quiet else [])
+
+
+def run_program(file: Path, folder: Path, *words: str, out=None) -> int:
+    """Run a study for which everything has been read; returns the exit code of :mod:`.cluster`.
+
+    ``out`` is the file for what it tells in the end, standard error by default.
+    """
+    words = (str(file), "--out", str(folder), *words)
     # Blender finds NumPy and SciPy in folders that its bare Python may not know.
-    places = dict.fromkeys(str(Path(module.__file__).resolve().parents[1]) for module in (np, scipy))
+    places = dict.fromkeys(str(Path(getfile(module)).resolve().parents[1]) for module in (np, scipy))
     known = [*places, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(place for place in known if place)}
-    try:
-        return subprocess.call([sys.executable, str(_PROGRAM), *words], stdout=out, env=environment)
-    except KeyboardInterrupt:
-        # It was told, too, and has said what there is to say.
-        return 130
+    with subprocess.Popen([sys.executable, str(_PROGRAM), *words], stdout=out or 2, env=environment) as process:
+        try:
+            return process.wait()
+        except KeyboardInterrupt:
+            # It was told, too, and says what there is to say when its workers have ended.
+            with contextlib.suppress(KeyboardInterrupt, subprocess.TimeoutExpired):
+                process.wait(_PATIENCE)
+            process.kill()
+            return 130
 
 
 def _tell(text: str) -> None:
@@ -86,7 +115,7 @@ def _silent(text: str) -> None:
 def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> None:
     """Read the .blend files of a study into arrays in its folder, but for what was read before and has not changed.
 
-    What cannot be read leaves a sentence there, and the study goes on without it.
+    What cannot be read leaves a sentence there, and the study goes on without it; the next start tries again.
     """
     file = folder / "read" / _STATES
     states = {}
@@ -98,7 +127,9 @@ def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> 
             continue
         name = f"{kind}/{source.name}"
         asked = [str(source.file), source.scene, source.character, list(source.actions)]
-        known = states.get(name)
+        # Another version may read other things.
+        asked += [core_version(), source_digest(Path(__file__).resolve().parent)]
+        known = states.get(name) if read_file(folder, kind, source).exists() else None
         if known and known["asked"] == asked and known["files"] == _states([entry[0] for entry in known["files"]]):
             continue
         tell(f"Reading {source.name} from {source.file.name}")

@@ -125,6 +125,8 @@ def archive_from_bytes(
         return build(header["content"], {name: _decoded(encoded[name], *kinds[name]) for name in kinds})
     except form.error:
         raise
+    except MemoryError as problem:
+        raise form.error(f"'{source}' needs more memory than there is, and cannot be read.") from problem
     except DAMAGE as problem:
         raise form.error(f"{damaged} ({problem}).") from problem
 

@@ -2,6 +2,8 @@
 
 import contextlib
 import io
+import json
+import struct
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -19,7 +21,7 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
     """Write an armature, the meshes that it moves and the given (name, action) pairs, each an animation of that name.
 
     Each animation starts at 0 s with the first frame of its action, and lasts as many seconds as the clip read from it.
-    Nothing of the scene is changed.
+    There are no others, whatever else the character plays. Nothing of the scene is changed.
 
     Raises ExportError if Blender cannot export, ClipError for an action that does not move the armature.
     """
@@ -31,7 +33,8 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
             f"'{armature_object.name}' is in no collection that the view layer shows; include its collection to export."
         )
     wanted = [armature_object, *_moved_meshes(armature_object, view_layer)]
-    with _selected(wanted, view_layer), _tracks(armature_object, actions), _quiet() as said:
+    with _stand_ins(wanted) as (copies, names), _selected(copies, view_layer), _quiet() as said:
+        _lay_tracks(copies[0], armature_object, actions)
         try:
             done = bpy.ops.export_scene.gltf(
                 filepath=str(path),
@@ -50,6 +53,7 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
     if done != {"FINISHED"} or not path.is_file():
         last = (said.getvalue().strip().splitlines() or ["it does not say why"])[-1]
         raise ExportError(f"Blender cannot write '{path}': {last}")
+    _rename(path, names)
 
 
 def _moved_meshes(armature_object, view_layer) -> list:
@@ -62,22 +66,68 @@ def _moved_meshes(armature_object, view_layer) -> list:
 
 
 @contextlib.contextmanager
+def _stand_ins(objects):
+    """Copies of the objects that hang together as they do and play nothing, and {name of a copy: its original's} for
+    each part of the file.
+
+    The exporter writes every track that it finds, muted or not, of objects and of their shape keys; tracks cannot be
+    taken off an object and put back. Copies are told by their names in the file only, see :func:`_rename`.
+    """
+    frame = bpy.context.scene.frame_current
+    copies, data = [], []
+    names: dict[str, dict[str, str]] = {"nodes": {}, "meshes": {}}
+    try:
+        for original in objects:
+            copy = original.copy()
+            copies.append(copy)
+            names["nodes"][copy.name] = original.name
+            keys = original.data.shape_keys if original.type == "MESH" else None
+            if keys is not None and keys.animation_data is not None:
+                copy.data = original.data.copy()
+                data.append(copy.data)
+                names["meshes"][copy.data.name] = original.data.name
+                _silence(copy.data.shape_keys.animation_data)
+            _silence(copy.animation_data)
+            # What cannot be seen or selected would be left out.
+            copy.hide_viewport = copy.hide_select = False
+            bpy.context.scene.collection.objects.link(copy)
+        instead = dict(zip(objects, copies, strict=True))
+        for copy in copies:
+            # Setting a parent would forget where the child was bound to it.
+            bound = copy.matrix_parent_inverse.copy()
+            copy.parent = instead.get(copy.parent, copy.parent)
+            copy.matrix_parent_inverse = bound
+            for modifier in copy.modifiers:
+                if modifier.type == "ARMATURE":
+                    modifier.object = instead.get(modifier.object, modifier.object)
+        yield copies, names
+    finally:
+        for copy in copies:
+            bpy.data.objects.remove(copy)
+        for mesh in data:
+            bpy.data.meshes.remove(mesh)
+        bpy.context.scene.frame_set(frame)
+
+
+def _silence(animation) -> None:
+    """Let nothing be played; drivers stay."""
+    if animation is not None:
+        animation.action = None
+        for track in list(animation.nla_tracks):
+            animation.nla_tracks.remove(track)
+
+
+@contextlib.contextmanager
 def _selected(objects, view_layer):
-    """Only these objects are selected, and none of them hidden."""
+    """Only these objects are selected."""
     active, mode = view_layer.objects.active, None
     if active is not None and active.mode != "OBJECT":
         mode = active.mode
         bpy.ops.object.mode_set(mode="OBJECT")
     before = [obj for obj in view_layer.objects if obj.select_get()]
-    hidden = [obj for obj in objects if obj.hide_get()]
-    disabled = [obj for obj in objects if obj.hide_viewport]
     try:
         for obj in before:
             obj.select_set(False)
-        for obj in disabled:
-            obj.hide_viewport = False
-        for obj in hidden:
-            obj.hide_set(False)
         for obj in objects:
             obj.select_set(True)
         view_layer.objects.active = objects[0]
@@ -85,10 +135,6 @@ def _selected(objects, view_layer):
     finally:
         for obj in objects:
             obj.select_set(False)
-        for obj in hidden:
-            obj.hide_set(True)
-        for obj in disabled:
-            obj.hide_viewport = True
         for obj in before:
             obj.select_set(True)
         view_layer.objects.active = active
@@ -96,38 +142,40 @@ def _selected(objects, view_layer):
             bpy.ops.object.mode_set(mode=mode)
 
 
-@contextlib.contextmanager
-def _tracks(armature_object, actions):
-    """Every action is a track of the armature's, at its own rate; what the armature plays is put aside."""
-    has_data = armature_object.animation_data is not None
-    animation = armature_object.animation_data or armature_object.animation_data_create()
-    action, slot = animation.action, animation.action_slot
-    render, frame = bpy.context.scene.render, bpy.context.scene.frame_current
+def _lay_tracks(copy, armature_object, actions) -> None:
+    """Every action of the armature is a track of its copy, at its own rate."""
+    animation = copy.animation_data or copy.animation_data_create()
+    render = bpy.context.scene.render
     scene_rate = render.fps / render.fps_base
-    added = []
-    try:
-        animation.action = None
-        for name, clip_action in actions:
-            curves = action_curves(armature_object, clip_action)
-            frames = curves.frames()
-            track = animation.nla_tracks.new()
-            added.append(track)
-            track.name = name
-            strip = track.strips.new(name, int(frames[0]), clip_action)
-            strip.action_slot = curves.slot
-            strip.action_frame_start, strip.action_frame_end = float(frames[0]), float(frames[-1])
-            strip.scale = scene_rate / source_frame_rate(clip_action)
-            strip.frame_start = float(int(frames[0]))
-            strip.extrapolation = "NOTHING"
-        yield
-    finally:
-        for track in added:
-            animation.nla_tracks.remove(track)
-        if action is not None:
-            animation.action, animation.action_slot = action, slot
-        bpy.context.scene.frame_set(frame)
-        if not has_data:
-            armature_object.animation_data_clear()
+    for name, action in actions:
+        curves = action_curves(armature_object, action)
+        frames = curves.frames()
+        track = animation.nla_tracks.new()
+        track.name = name
+        strip = track.strips.new(name, int(frames[0]), action)
+        strip.action_slot = curves.slot
+        strip.action_frame_start, strip.action_frame_end = float(frames[0]), float(frames[-1])
+        strip.scale = scene_rate / source_frame_rate(action)
+        strip.frame_start = float(int(frames[0]))
+        strip.extrapolation = "NOTHING"
+
+
+def _rename(path: Path, names: dict[str, dict[str, str]]) -> None:
+    """Give the originals' names to what was copied, in the JSON of a .glb file."""
+    raw = path.read_bytes()
+    length, kind = struct.unpack_from("<I4s", raw, 12)
+    content = json.loads(raw[20 : 20 + length])
+    # A skin is called as its armature.
+    for part, known in (*names.items(), ("skins", names["nodes"])):
+        for entry in content.get(part, ()):
+            entry_name = entry.get("name")
+            if entry_name in known:
+                entry["name"] = known[entry_name]
+    told = json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode()
+    told += b" " * (-len(told) % 4)
+    rest = raw[20 + length :]
+    header = raw[:8] + struct.pack("<I", 20 + len(told) + len(rest))
+    path.write_bytes(header + struct.pack("<I4s", len(told), kind) + told + rest)
 
 
 @contextlib.contextmanager

@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import MotionGraphError
 from ..engine_folder import write_engine_folder
-from ..state import results
+from ..state import embedding_of
 from .needs_embedding import NeedsEmbedding
 
 
@@ -28,6 +28,12 @@ class WAYFARER_OT_export_engine(NeedsEmbedding, bpy.types.Operator):
         name="Clips", description="Also write the character and its clips as clips.glb", default=True
     )
 
+    use_table: BoolProperty(
+        name="Table",
+        description="Also write nodes and links as a plain table: 12 bytes for each node, 4 for each link",
+        default=True,
+    )
+
     def invoke(self, context, event):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
@@ -38,7 +44,9 @@ class WAYFARER_OT_export_engine(NeedsEmbedding, bpy.types.Operator):
             return {"CANCELLED"}
         folder = Path(bpy.path.abspath(self.directory))
         try:
-            written = write_engine_folder(context.scene, results(context.scene).embedding, folder, self.use_clips)
+            written = write_engine_folder(
+                context.scene, embedding_of(context.scene), folder, self.use_clips, self.use_table
+            )
         except MotionGraphError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

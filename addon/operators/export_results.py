@@ -1,6 +1,7 @@
 """Write what was found out to files."""
 
 from pathlib import Path
+from typing import cast
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -35,7 +36,7 @@ class WAYFARER_OT_export_results(bpy.types.Operator):
     def draw(self, context):
         settings = context.scene.wayfarer.evaluation
         for name in ("use_json", "use_csv", "use_png"):
-            self.layout.prop(settings, name)
+            cast(bpy.types.UILayout, self.layout).prop(settings, name)
 
     def execute(self, context):
         settings = context.scene.wayfarer.evaluation

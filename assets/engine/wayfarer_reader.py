@@ -10,7 +10,7 @@ just played ``segment``. On a tiled ground x and y may go on beyond the grid.
     walk = embedding.shortest_walk(start, times)
     frames = embedding.root_path(walk)
 
-Run it: python wayfarer_reader.py FOLDER
+Run it: python wayfarer_reader.py FOLDER. read_table reads the same nodes and links as a plain table, if there is one.
 """
 
 import hashlib
@@ -49,8 +49,6 @@ class Embedding:
         for before, after in self.follow.tolist():
             self.children[before].append(after)
             self.parents[after].append(before)
-
-    # ------------------------------------------------------------------------------------------ nodes and links
 
     def cell(self, x, y):
         """Number of a cell, None off the ground."""
@@ -107,8 +105,6 @@ class Embedding:
                 starts = ((x - dx, y - dy, start_heading, parent) for parent in self.parents[segment])
                 links += [(k, start) for start in starts if self.is_node(start)]
         return links
-
-    # ------------------------------------------------------------------------------------------ walks
 
     def random_walk(self, start, seconds, rng):
         """[(stencil, node), ...] after ``start``: at least so many seconds, each link with the same probability."""
@@ -179,12 +175,25 @@ class Embedding:
         return segment["clip"], segment["start"], segment["end"]
 
 
+def read_table(folder):
+    """(n, 4) nodes, (n + 1,) where each one's links begin, and the nodes that these lead to, of embedding.table."""
+    header = json.loads((Path(folder) / "embedding.json").read_text("utf-8"))
+    raw, n = (Path(folder) / header["table"]["file"]).read_bytes(), header["nodes"]
+    numbers = np.frombuffer(raw, "<u4", offset=8 * n)
+    return np.frombuffer(raw, "<u2", 4 * n).reshape(n, 4), numbers[: n + 1], numbers[n + 1 :]
+
+
 if __name__ == "__main__":
-    embedding = Embedding(sys.argv[1])
+    if len(sys.argv) != 2:
+        print("usage: python wayfarer_reader.py FOLDER", file=sys.stderr)
+        sys.exit(2)
+    try:
+        embedding = Embedding(sys.argv[1])
+    except (OSError, ValueError) as error:
+        sys.exit(f"wayfarer_reader.py: {error}")
     rng = np.random.default_rng(0)
     start = embedding.any_node(rng)
     walk = embedding.random_walk(start, 20.0, rng)
     print(f"{len(embedding.all_nodes()):,} nodes; a walk of 20 s from {start}:")
     for _, node in walk:
-        clip, begin, end = embedding.pose_times(node)
-        print(f"  {clip} {begin:.2f}-{end:.2f} s to cell {node[:2]}")
+        print("  {} {:.2f}-{:.2f} s".format(*embedding.pose_times(node)), "to cell", node[:2])

@@ -311,13 +311,14 @@ def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: float) -> float:
     """About how much memory embedding takes at its peak, known before it starts: never less, and rarely twice as much.
 
     One plane for each stencil, and six sets of nodes while the component is sought. Padding is as wide as the longest
-    way from a start; Python keeps 30 bits in every 32.
+    way from a start; Python keeps 30 bits in every 32. A stencil itself takes some 200 bytes while it is laid out and
+    swept, which is what counts where footprints are wide and the ground is small.
     """
     nx, ny, n_headings = grid.shape
     reach = int(max(np.abs(s.path[:, :2]).max() for s in graph.segments) * np.sqrt(2) / grid.cell_size) + 2
     bits = (nx + 2 * reach) * (ny + 2 * reach) if grid.tiled else nx * (ny + reach)
     n_planes = n_stencils + 6 * len(graph.segments) * n_headings
-    return n_planes * (bits / 8 * 32 / 30 + 40)
+    return n_planes * (bits / 8 * 32 / 30 + 40) + 200 * n_stencils
 
 
 def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: float, limit: float) -> None:
@@ -327,5 +328,6 @@ def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: float, limi
         raise EmbeddingError(
             f"The grid of {nx} x {ny} cells and {n_headings} headings would need about {needed / 1e9:.1f} GB for "
             f"{len(graph.segments)} segments, more than the limit of {limit / 1e9:.1f} GB; use larger cells, fewer "
-            "headings, a smaller ground or a smaller footprint."
+            "headings, a smaller ground or a smaller footprint, or embed it in parcels: --command wayfarer evaluate "
+            "--parcels METRES --out FOLDER."
         )

@@ -133,6 +133,7 @@ def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: G
     layout = PlaneLayout(nx, ny, reach_x, reach_y, grid.tiled)
     require(reach_x >= 0 and reach_y >= 0)
     require(np.all(np.abs(stencils.dx) <= reach_x) and np.all(np.abs(stencils.dy) <= reach_y))
+    require(n_segments > 0)
     require(layout.n_bits / 8 * (n_stencils + n_segments * n_headings) <= _MAX_PLANE_BYTES)
     path, bounds = arrays["sweep_path"], arrays["sweep_bounds"]
     tag_class, part, shift = arrays["sweep_tag_class"], arrays["sweep_part"], arrays["sweep_shift"]

@@ -38,7 +38,7 @@ class ExpanseSummary:
     ----------
     n_nodes, n_links : int
     free_cells, covered_cells : int
-        Cells at whose centre a character may stand, and those of them that it can pass through.
+        Cells of the free floor (:func:`..evaluation.floor.floor_cells`), and those of them that it can pass through.
     n_parcels : int
     """
 
@@ -50,7 +50,7 @@ class ExpanseSummary:
 
     @property
     def coverage(self) -> float:
-        """Share of the free cells that can be passed through."""
+        """Share of the free floor that can be passed through."""
         return self.covered_cells / max(self.free_cells, 1)
 
 

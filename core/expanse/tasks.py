@@ -14,6 +14,7 @@ from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding
 from ..embedding.network import difference, intersection, union
 from ..embedding.unroll import unroll_steps
+from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
 from ..progress import finish
 from .problem import open_network, open_problem, planes_of, union_of_files
@@ -301,7 +302,7 @@ def write_maps(folder: str, index: int, name: str, mail: Sequence[str], out: str
         slice(2 * plan.halo_x, 2 * plan.halo_x + parcel.nx),
         slice(2 * plan.halo_y, 2 * plan.halo_y + parcel.ny),
     )
-    covered, free = embedding.covered()[own].sum(axis=2).astype(np.uint16), wide.free_cells()[own]
+    covered, free = embedding.covered()[own].sum(axis=2).astype(np.uint16), floor_cells(embedding)[own]
     variability = floor_variability(embedding)[own]
     path = problem.folder / out / f"{index}.npz"
     write_arrays(path, coverage=covered, variability=variability, free=free, corner=np.array([parcel.x0, parcel.y0]))

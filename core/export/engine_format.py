@@ -1,13 +1,15 @@
 """The engine format: an embedding as a JSON header and one .npz of plain arrays, for programs that know no Wayfarer.
 
-``embedding.json`` holds what people read, ``embedding.npz`` (standard NumPy, no pickles) the arrays. Both are described
-in ``docs/engine_format.md``; ``assets/engine/wayfarer_reader.py`` is a reader in under 200 lines that needs NumPy only.
+``embedding.json`` holds what people read, ``embedding.npz`` (standard NumPy, no pickles) the arrays, and
+``embedding.table`` the same nodes and links as a plain table (:mod:`.table`). All are described in
+``docs/engine_format.md``; ``assets/engine/wayfarer_reader.py`` is a reader in under 200 lines that needs NumPy only.
 
 Header
     ``format`` "wayfarer engine embedding", ``version`` 1, ``up`` "Z", ``units``; ``grid`` (``shape`` = cells in x,
     cells in y, headings; ``cell_size``, ``origin``, ``tiled``); ``frame_rate``; ``clips`` (``name``, ``animation``,
     ``seconds``, ``first_frame``); ``segments`` (``name``, ``clip``, ``first``, ``last``, ``start``, ``end``,
-    ``frames``, ``duration``, ``tags``); ``nodes``, ``links`` (how many there are); ``sha256`` of the .npz.
+    ``frames``, ``duration``, ``tags``); ``nodes``, ``links`` (how many there are); ``sha256`` of the .npz; ``table``
+    (``file``, ``bytes``, ``sha256``), null if there is none.
 Arrays (S segments, H headings, K stencils, F frames of all segments together)
     ``nodes`` (S * H, B) uint8 and ``valid`` (K, B) uint8: bit-planes over the cells, bit x * ny + y, lowest bit first.
     ``free`` (B,) uint8: cells at whose centre the character may stand. ``follow`` (L, 2) int32: segment follow[i, 1]
@@ -32,28 +34,37 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edit_profile
 from ..errors import ExportError
 from ..motion.graph import MotionGraph, MotionSegment
+from .table import engine_table
 
 FORMAT, VERSION = "wayfarer engine embedding", 1
-HEADER_FILE, ARRAYS_FILE = "embedding.json", "embedding.npz"
+HEADER_FILE, ARRAYS_FILE, TABLE_FILE = "embedding.json", "embedding.npz", "embedding.table"
 
 
-def engine_files(embedding: Embedding) -> dict[str, bytes]:
+def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, bytes]:
     """The files of an embedding, by their names; the same embedding always makes the same bytes.
 
-    Raises ExportError if there is nothing to walk.
+    Raises ExportError if there is nothing to walk, or the table would be too large.
     """
     if not embedding.n_nodes:
         raise ExportError(
             "The embedding is empty: no endless walk fits into this scene, and there is nothing to export. Use more "
             "or shorter clips, a smaller radius or a wider footprint, or remove obstacles."
         )
-    raw = _npz(engine_arrays(embedding))
-    header = {**engine_header(embedding), "sha256": hashlib.sha256(raw).hexdigest()}
-    return {HEADER_FILE: (json.dumps(header, indent=1) + "\n").encode(), ARRAYS_FILE: raw}
+    files = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
+    if with_table:
+        files[TABLE_FILE] = engine_table(embedding)
+    header = engine_header(embedding)
+    header["sha256"] = hashlib.sha256(files[ARRAYS_FILE]).hexdigest()
+    header["table"] = _told(TABLE_FILE, files[TABLE_FILE]) if with_table else None
+    return {HEADER_FILE: (json.dumps(header, indent=1) + "\n").encode(), **files}
+
+
+def _told(name: str, raw: bytes) -> dict[str, Any]:
+    return {"file": name, "bytes": len(raw), "sha256": hashlib.sha256(raw).hexdigest()}
 
 
 def engine_header(embedding: Embedding) -> dict[str, Any]:
-    """The header as JSON can tell it, but for the checksum."""
+    """The header as JSON can tell it, but for what it says of the other files."""
     graph, grid = embedding.graph, embedding.environment.grid
     return {
         "format": FORMAT,

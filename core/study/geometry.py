@@ -48,16 +48,25 @@ class SceneGeometry:
     tiled: bool = False
 
 
+def grid_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Grid:
+    """The grid that settings lay over a scene; what they do not name is as the scene has it.
+
+    Raises SceneError if none fits.
+    """
+    own = {"cell_size": geometry.cell_size, "n_headings": geometry.n_headings, "tiled": geometry.tiled}
+    cell_size, n_headings, tiled = (values.get(name, own[name]) for name in own)
+    return Grid.over_rectangle(geometry.low, geometry.high, float(cell_size), int(n_headings), bool(tiled))
+
+
 def environment_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Environment:
     """The environment that settings make of a scene; what they do not name is as the scene has it.
 
     Raises SceneError if they make none.
     """
-    own = {"cell_size": geometry.cell_size, "n_headings": geometry.n_headings, "tiled": geometry.tiled}
-    cell_size, n_headings, tiled = (values.get(name, own[name]) for name in own)
-    grid = Grid.over_rectangle(geometry.low, geometry.high, float(cell_size), int(n_headings), bool(tiled))
     given: dict[str, Any] = {n: values[n] for n in ("radius", "step_height", "head_height") if n in values}
-    return build_environment(grid, geometry.obstacles, geometry.regions, replace(geometry.body, **given))
+    return build_environment(
+        grid_of(geometry, values), geometry.obstacles, geometry.regions, replace(geometry.body, **given)
+    )
 
 
 def scene_to_bytes(geometry: SceneGeometry) -> bytes:

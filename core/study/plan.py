@@ -1,6 +1,7 @@
 """The file that describes a study, in TOML::
 
     title = "Three levels"
+    table = "csv"                                # the only kind there is, and not needed
     measures = ["coverage", "links", "path_efficiency",
                 {measure = "time_to_reach", name = "to the door", position = [3.0, 1.5]}]
 
@@ -148,9 +149,16 @@ def read_plan(path: Path) -> StudyPlan:
 
 def plan_of(table: Mapping[str, Any], folder: Path, title: str) -> StudyPlan:
     """The study that a table describes, its files sought from ``folder``; StudyError as for :func:`read_plan`."""
-    unknown = set(table) - {"title", "scenes", "clips", "settings", "measures"}
+    unknown = set(table) - {"title", "scenes", "clips", "settings", "measures", "table"}
+    if table.get("table", "csv") != "csv":
+        raise StudyError(
+            f"The table of results is written as 'csv' and cannot be {table['table']!r}; for Parquet, convert it: "
+            "pandas.read_csv('results.csv').to_parquet('results.parquet')."
+        )
     if unknown:
-        raise StudyError(f"There is no entry '{min(unknown)}'; there are title, scenes, clips, settings and measures.")
+        raise StudyError(
+            f"There is no entry '{min(unknown)}'; there are title, scenes, clips, settings, measures and table."
+        )
     scenes = _sources(table, "scenes", folder, {"file", "scene", "parcel_size"})
     clips = _sources(table, "clips", folder, {"file", "scene", "character", "actions"})
     settings = {name: _values(name, given) for name, given in _table(table, "settings").items()}

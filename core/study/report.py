@@ -5,11 +5,12 @@ from itertools import groupby
 
 import numpy as np
 
+from .. import wording
 from ..report.chart import Series, bar_chart, line_chart, map_chart
 from ..report.color_scale import CIVIDIS, SERIES
 from ..report.drawing import Anchor, Box, Drawing, Label, Mark, Picture
 from ..report.page import Block, Bullets, Figure, FigureRow, Paragraph, Section, html_page
-from ..report.ticks import number_text
+from .maps import BLOCKED, NOT_REACHED, shaded
 from .measures import QUANTITIES, Measure
 from .picture import SmallMap
 from .plan import shown
@@ -19,7 +20,6 @@ from .run import CaseOutcome, StudyOutcome
 #: Small maps on a page, at most: a browser has to show it.
 MAX_MAPS = 200
 _MAP_WIDTH, _CHART_WIDTH = 210, 520
-_BLOCKED, _NOT_REACHED = (0.25, 0.25, 0.27), (0.86, 0.36, 0.30)
 
 
 def study_page(outcome: StudyOutcome) -> str:
@@ -145,7 +145,7 @@ def _maps(outcome: StudyOutcome, done: Sequence[CaseOutcome]) -> list[Block]:
                 title = entry.case.label(outcome.plan.varied).removeprefix(f"{scene}, ")
                 first = outcome.plan.measures[0]
                 number = entry.result.numbers.get(first.name)
-                said = f": {first.column} {number_text(number)}" if number is not None else ""
+                said = f": {first.column} {wording.short(number)}" if number is not None else ""
                 figures.append(Figure(_map(entry.result.picture, highest), title + said))
         blocks.append(Paragraph(f"{scene}:"))
         blocks.append(FigureRow(tuple(figures)))
@@ -160,10 +160,7 @@ def _highest(picture: SmallMap) -> float:
 
 def _colors(picture: SmallMap, highest: float) -> np.ndarray:
     levels = picture.levels.astype(float)
-    colors = CIVIDIS.colors(np.nan_to_num(levels) / highest)
-    colors[levels < 0] = _NOT_REACHED
-    colors[np.isnan(levels)] = _BLOCKED
-    return colors
+    return shaded(levels / highest, levels >= 0, ~np.isnan(levels))
 
 
 def _map(picture: SmallMap, highest: float) -> Drawing:
@@ -177,9 +174,9 @@ def _legend(highest: float) -> Drawing:
     marks: list[Mark] = [Picture(left, 12, width, 14, ramp)]
     for power in range(0, int(highest) + 1, max(1, int(highest) // 4)):
         x = left + width * power / highest
-        marks.append(Label(x, 42, number_text(10.0**power), 11, anchor=Anchor.MIDDLE))
+        marks.append(Label(x, 42, wording.short(10.0**power), 11, anchor=Anchor.MIDDLE))
     x = left + width + 30
-    for color, text in ((_NOT_REACHED, "Not reached"), (_BLOCKED, "Blocked")):
+    for color, text in ((NOT_REACHED, "Not reached"), (BLOCKED, "Blocked")):
         marks += [Box(x, 12, 14, 14, color), Label(x + 20, 23, text, 12)]
         x += 120
     return Drawing(x, 52, tuple(marks))

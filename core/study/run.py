@@ -19,6 +19,7 @@ from .case import CaseResult, result_from_json
 from .plan import Case, StudyPlan
 from .settings import Stage, of_stage
 from .sources import Input, gather
+from .version import core_version
 
 _WAIT = 0.2
 """Seconds between two reports of progress while no task ends."""
@@ -49,11 +50,14 @@ class StudyOutcome:
         In the order of the plan.
     n_known : int
         Cases that were finished before, and not run again.
+    n_outdated : int
+        Cases that another version of Wayfarer had finished before: they were run again.
     """
 
     plan: StudyPlan
     outcomes: tuple[CaseOutcome, ...]
     n_known: int
+    n_outdated: int = 0
 
     @property
     def n_failed(self) -> int:
@@ -122,7 +126,7 @@ class _Study:
         self.message = ""
 
     def steps(self) -> Generator[Progress, None, StudyOutcome]:
-        n_known = 0
+        n_known = n_outdated = 0
         waiting: dict[str, list[Case]] = {}
         large: list[Case] = []
         for case in self.cases:
@@ -138,8 +142,12 @@ class _Study:
                 waiting.setdefault(self._graph_key(case), [])
             else:
                 waiting.setdefault(self._graph_key(case), []).append(case)
+            n_outdated += id(case) in self.is_open and _known(self._result_file(case), any_version=True) is not None
         if n_known:
             self.message = f"{n_known} of {len(self.cases)} cases were finished before"
+            yield self._progress()
+        if n_outdated:
+            self.message = f"{n_outdated} cases were finished by another version of Wayfarer, and are run again"
             yield self._progress()
         jobs = []
         graph_of = {self._graph_key(case): case for case in self.cases}
@@ -154,8 +162,12 @@ class _Study:
             result = None if problem else _known(self._result_file(case))
             if result is None and not problem:
                 problem = f"'{self._result_file(case)}' cannot be read; delete it and start the study again."
+                if _known(self._result_file(case), any_version=True) is not None:
+                    problem = (
+                        "A worker has another version of Wayfarer; give all machines the same one, and start again."
+                    )
             outcomes.append(CaseOutcome(case, result, problem))
-        return StudyOutcome(self.plan, tuple(outcomes), n_known)
+        return StudyOutcome(self.plan, tuple(outcomes), n_known, n_outdated)
 
     # ------------------------------------------------------------------------------------------------- keys
 
@@ -173,7 +185,13 @@ class _Study:
 
     def _graph_file(self, case: Case) -> Path:
         clips = self.clips[case.clips]
-        return clips.file if clips.is_graph else self.folder / "graphs" / f"{self._graph_key(case)}.npz"
+        if clips.is_graph:
+            return clips.file
+        # Results of another version wait for their successors; a graph of one must not be used on the way there.
+        return self.folder / "graphs" / f"{_digest([self._graph_key(case), core_version()])}.npz"
+
+    def _large_folder(self, case: Case) -> Path:
+        return self.folder / "large" / _digest([self.key[id(case)], core_version()])
 
     # ------------------------------------------------------------------------------------------------- jobs
 
@@ -254,7 +272,7 @@ class _Study:
         """A ground in parcels: all workers are on it together."""
         if id(case) not in self.is_open:
             return
-        folder, start = self.folder / "large" / self.key[id(case)], time.perf_counter()
+        folder, start = self._large_folder(case), time.perf_counter()
         if not (folder / "problem.json").exists():
             files = str(self.scenes[case.scene].file), str(self._graph_file(case))
             wrong = []
@@ -286,6 +304,7 @@ class _Study:
             summary,
             self.plan.measures,
             time.perf_counter() - start,
+            str(self.folder / "maps" / case.label(self.plan.varied)),
             str(self._result_file(case)),
         )
         measured = _Job(tasks.measure_expanse, arguments, lambda problem: self._settle(case, problem))
@@ -321,11 +340,12 @@ def _fault(error: BaseException) -> str:
     return f"It failed: {type(error).__name__} ({_reason(error)})."
 
 
-def _known(path: Path) -> CaseResult | None:
-    """What a case came to, if its file is there and whole."""
+def _known(path: Path, any_version: bool = False) -> CaseResult | None:
+    """What a case came to, if its file is there and whole, and was written by this version of Wayfarer."""
     try:
         found = json.loads(path.read_bytes())
-        return result_from_json(found) if found["format"] == tasks.CASE_FORMAT else None
+        ours = found["format"] == tasks.CASE_FORMAT and (any_version or found["version"] == core_version())
+        return result_from_json(found) if ours else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zlib.error):
         return None
 

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
 from ..expanse.embedding import MAPS, ExpanseSummary
 from ..expanse.problem import Problem
@@ -44,7 +45,7 @@ class Subject(ABC):
     @cached_property
     @abstractmethod
     def free(self) -> np.ndarray:
-        """(nx, ny) bool: cells at whose centre a character may stand."""
+        """(nx, ny) bool: the free floor (:func:`..evaluation.floor.floor_cells`)."""
 
     @property
     @abstractmethod
@@ -52,8 +53,8 @@ class Subject(ABC):
 
     @cached_property
     def covered(self) -> np.ndarray:
-        """(nx, ny) bool: free cells that can be passed."""
-        return (self.headings > 0) & self.free
+        """(nx, ny) bool: cells that can be passed; all of them are on the free floor."""
+        return self.headings > 0
 
 
 class WholeGround(Subject):
@@ -90,7 +91,7 @@ class WholeGround(Subject):
 
     @cached_property
     def free(self) -> np.ndarray:
-        return self.embedding.environment.free_cells()
+        return floor_cells(self.embedding)
 
     @property
     def n_headings(self) -> int:

@@ -21,10 +21,12 @@ from ..motion.graph_archive import graph_to_bytes, load_motion_graph
 from .case import CaseResult, case_result, embed_case, embedding_settings, measure_subject
 from .clip_set import load_clip_set
 from .geometry import SceneGeometry, environment_of, load_scene
+from .maps import write_maps
 from .measures import Measure
 from .picture import small_map
 from .settings import Value, graph_settings
 from .subject import ParcelledGround
+from .version import core_version
 
 #: Written into every case's file; another one is not believed.
 CASE_FORMAT = "wayfarer case 1"
@@ -65,17 +67,25 @@ def lay_out(scene: str, graph: str, values: Mapping[str, Value], folder: str) ->
     except MotionGraphError as error:
         return str(error)
     except OSError as error:
-        raise StorageError(f"'{folder}' cannot be written ({error.strerror}); free some space and go on.") from None
+        reason = error.strerror or error
+        raise StorageError(f"'{folder}' cannot be written ({reason}); free some space and go on.") from None
     return ""
 
 
-def measure_expanse(folder: str, summary: ExpanseSummary, measures: Sequence[Measure], seconds: float, out: str) -> str:
-    """Measure a ground that was embedded in parcels; returns why that came to nothing, if so."""
+def measure_expanse(
+    folder: str, summary: ExpanseSummary, measures: Sequence[Measure], seconds: float, maps: str, out: str
+) -> str:
+    """Measure a ground that was embedded in parcels, and write its maps into the folder ``maps``; returns why that came
+    to nothing, if so."""
     start = time.perf_counter()
     try:
-        subject = ParcelledGround(open_problem(folder), summary)
+        problem = open_problem(folder)
+        subject = ParcelledGround(problem, summary)
+        write_maps(subject, problem.plan.grid.origin, Path(maps))
         numbers, remarks = measure_subject(subject, measures)
         result = CaseResult(numbers, remarks, small_map(subject), seconds + time.perf_counter() - start)
+    except StorageError:
+        raise
     except MotionGraphError as error:
         return str(error)
     write_result(Path(out), result)
@@ -84,7 +94,8 @@ def measure_expanse(folder: str, summary: ExpanseSummary, measures: Sequence[Mea
 
 def write_result(path: Path, result: CaseResult) -> None:
     """Write what a case came to, whole or not at all; StorageError if that cannot be done."""
-    write_whole(path, json.dumps({"format": CASE_FORMAT, **result.to_json()}, default=_plain).encode())
+    content = {"format": CASE_FORMAT, "version": core_version(), **result.to_json()}
+    write_whole(path, json.dumps(content, default=_plain).encode())
 
 
 def _plain(number):

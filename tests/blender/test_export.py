@@ -13,6 +13,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import command, state
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PROPERTY
+from bl_ext.user_default.wayfarer.core.tuning.budget import table_bytes
 
 
 def glb_content(path: Path) -> dict:
@@ -69,13 +70,18 @@ def test_a_folder_for_engines(sample_settings, tmp_path):
     assert scene_state() == before
 
     assert {path.name for path in tmp_path.iterdir()} == {
+        ".wayfarer.json",
         "embedding.json",
         "embedding.npz",
+        "embedding.table",
         "clips.glb",
         "README.md",
         "wayfarer_reader.py",
     }
     header = json.loads((tmp_path / "embedding.json").read_text())
+    # What pruning to a budget of bytes counts is what lies on the disk.
+    size = table_bytes(embedding.n_nodes, embedding.n_links)
+    assert (tmp_path / "embedding.table").stat().st_size == size == header["table"]["bytes"]
     content = glb_content(tmp_path / "clips.glb")
     animations = {animation["name"]: animation for animation in content["animations"]}
     played = {segment["clip"] for segment in header["segments"]}
@@ -96,6 +102,56 @@ def test_a_folder_for_engines(sample_settings, tmp_path):
     )
     assert told.returncode == 0, told.stderr
     assert told.stdout.startswith(f"{embedding.n_nodes:,} nodes")
+
+
+def test_what_else_the_character_plays_is_not_exported(sample_settings, tmp_path):
+    """Tracks and actions of the rig, of its meshes and of their shape keys, muted or not."""
+    for clip in sample_settings.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    embedding = embedded()
+    character = sample_settings.character
+    mesh = next(obj for obj in bpy.data.objects if obj.type == "MESH" and obj.find_armature() == character)
+    mesh.shape_key_add(name="Basis")
+    mesh.shape_key_add(name="Smile").value = 0.25
+    unused = next(clip.action for clip in sample_settings.clips if not clip.use)
+    playing = next(clip.action for clip in sample_settings.clips if clip.use)
+
+    def moved(animated, path):
+        """An action of its own for whatever is animated, on a track and playing."""
+        animated.keyframe_insert(path, frame=1)
+        animated.keyframe_insert(path, frame=20)
+        action = animated.animation_data.action
+        track = animated.animation_data.nla_tracks.new()
+        track.strips.new("own", 1, action)
+
+    moved(mesh, "location")
+    moved(mesh.data.shape_keys.key_blocks["Smile"].id_data, 'key_blocks["Smile"].value')
+    animation = character.animation_data or character.animation_data_create()
+    animation.action = playing
+    for name, mute in (("Idle", False), ("Muted", True), (playing.name, False)):
+        track = animation.nla_tracks.new()
+        track.name, track.mute = name, mute
+        track.strips.new(name, 1, unused)
+    before = scene_state()
+    data = [sorted(collection.keys()) for collection in (bpy.data.meshes, bpy.data.armatures, bpy.data.shape_keys)]
+    assert bpy.ops.wayfarer.export_engine(directory=str(tmp_path)) == {"FINISHED"}
+    assert scene_state() == before
+    assert data == [sorted(c.keys()) for c in (bpy.data.meshes, bpy.data.armatures, bpy.data.shape_keys)]
+    assert len(mesh.animation_data.nla_tracks) == len(mesh.data.shape_keys.animation_data.nla_tracks) == 1
+    content = glb_content(tmp_path / "clips.glb")
+    graph = embedding.graph
+    played = {graph.clips[segment.clip].name for segment in graph.segments}
+    assert sorted(animation["name"] for animation in content["animations"]) == sorted(played)
+    # No animation moves anything but the rig's bones and the rig.
+    names = [node.get("name") for node in content["nodes"]]
+    targets = {names[c["target"]["node"]] for a in content["animations"] for c in a["channels"]}
+    assert targets <= {bone.name for bone in character.data.bones} | {character.name}
+    # Everything has the name that it has in the scene, and hangs together as there.
+    meshes = {obj.name for obj in bpy.data.objects if obj.type == "MESH" and obj.find_armature() == character}
+    assert {character.name} | meshes <= set(names)
+    assert not [name for name in names if name and name.endswith(".001")]
+    skinned = {node["name"] for node in content["nodes"] if "skin" in node}
+    assert skinned == meshes and len(content["skins"]) == 1
 
 
 def test_the_root_moves_as_the_embedding_says(sample_settings, tmp_path):
@@ -139,10 +195,43 @@ def test_what_cannot_be_exported_is_said(sample_settings, tmp_path):
         bpy.ops.wayfarer.export_engine(directory=str(tmp_path / "out"))
 
 
+def test_only_what_was_exported_before_is_replaced(sample_settings, tmp_path):
+    """Engine folders and results alike."""
+    embedded()
+    bpy.ops.wayfarer.find_weak_spots()
+
+    def engine():
+        return bpy.ops.wayfarer.export_engine(directory=str(tmp_path), use_clips=False)
+
+    def results():
+        return bpy.ops.wayfarer.export_results(directory=str(tmp_path))
+
+    for export, name in ((engine, "README.md"), (results, "results.json")):
+        (tmp_path / name).write_text("mine")
+        before = sorted(path.name for path in tmp_path.iterdir())
+        with pytest.raises(RuntimeError, match=f"holds a '{name}' that Wayfarer did not write"):
+            export()
+        assert sorted(path.name for path in tmp_path.iterdir()) == before
+        assert (tmp_path / name).read_text() == "mine"
+        (tmp_path / name).unlink()
+        # Twice: the second time over the first.
+        assert export() == export() == {"FINISHED"}
+        with open(tmp_path / name, "a") as file:
+            file.write("a note of mine")
+        with pytest.raises(RuntimeError, match="or that was changed since"):
+            export()
+        assert (tmp_path / name).read_text().endswith("a note of mine")
+        (tmp_path / name).unlink()
+        assert export() == {"FINISHED"}
+
+
 def test_the_command_line_exports(sample_settings, tmp_path, capfd):
-    code = command.run(["export", str(tmp_path / "engine"), "--no-clips", "--json", "-"])
+    code = command.run(["export", str(tmp_path / "engine"), "--no-clips", "--no-table", "--json", "-"])
     out, err = capfd.readouterr()
     assert code == 0, err
     numbers = json.loads(out)
     assert "embedding.npz" in numbers["export"]["files"] and "clips.glb" not in numbers["export"]["files"]
+    assert (
+        "embedding.table" not in numbers["export"]["files"] and not (tmp_path / "engine" / "embedding.table").exists()
+    )
     assert json.loads((tmp_path / "engine" / "embedding.json").read_text())["nodes"] == numbers["embedding"]["nodes"]

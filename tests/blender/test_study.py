@@ -1,6 +1,7 @@
 """Studies from Blender: .blend files become arrays once, and the arrays give what the scene itself gives."""
 
 import csv
+import json
 import os
 from pathlib import Path
 
@@ -10,9 +11,12 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import command, state
 from bl_ext.user_default.wayfarer.addon.study import read_sources
+from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
+from bl_ext.user_default.wayfarer.core.embedding.settings import EmbeddingSettings
+from bl_ext.user_default.wayfarer.core.errors import EmbeddingError
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share
 from bl_ext.user_default.wayfarer.core.study.clip_set import load_clip_set
-from bl_ext.user_default.wayfarer.core.study.geometry import load_scene
+from bl_ext.user_default.wayfarer.core.study.geometry import SceneGeometry, environment_of, load_scene
 from bl_ext.user_default.wayfarer.core.study.plan import read_plan
 from bl_ext.user_default.wayfarer.core.study.sources import CLIPS, SCENES, read_file
 
@@ -131,3 +135,94 @@ def test_mistakes_are_said(saved, capfd):
     good = written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"')
     assert command.run(["study", str(good), "--workers", "0"]) == 1
     assert "0 workers" in capfd.readouterr().err
+
+
+def test_what_could_not_be_read_is_tried_again(saved):
+    plan = read_plan(written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"'))
+    raw = saved.read_bytes()
+    status = os.stat(saved)
+    # Damaged for a moment, but of the same size and age: as a share that was away.
+    saved.write_bytes(bytes(len(raw)))
+    os.utime(saved, ns=(status.st_atime_ns, status.st_mtime_ns))
+    told, out = [], saved.parent / "out"
+    read_sources(plan, out, told.append)
+    assert "cannot be opened" in (out / "read" / SCENES / "room.txt").read_text()
+    saved.write_bytes(raw)
+    os.utime(saved, ns=(status.st_atime_ns, status.st_mtime_ns))
+    read_sources(plan, out, told.append)
+    assert len(told) == 4 and not (out / "read" / SCENES / "room.txt").exists()
+    assert len(load_scene(read_file(out, SCENES, plan.scenes[0])).obstacles) > 50
+    read_sources(plan, out, told.append)
+    assert len(told) == 4
+
+
+def test_scenes_are_read_again_by_another_version(saved):
+    plan = read_plan(written(saved.parent, '[scenes]\nroom = "room.blend"\n[clips]\nhero = "room.blend"'))
+    told, out = [], saved.parent / "out"
+    read_sources(plan, out, told.append)
+    states = out / "read" / "states.json"
+    known = json.loads(states.read_text())
+    known["scenes/room"]["asked"][-1] = "another"
+    states.write_text(json.dumps(known))
+    read_sources(plan, out, told.append)
+    assert told[2:] == ["Reading room from room.blend"]
+
+
+# ------------------------------------------------------------------------------------------------ large grounds
+
+
+def evaluated(*words, capfd) -> dict:
+    code = command.run(["evaluate", "--json", "-", *map(str, words)])
+    out, err = capfd.readouterr()
+    assert code == 0, err
+    return json.loads(out)
+
+
+def test_a_ground_in_parcels_is_what_one_process_finds(saved, capfd):
+    """Two workers on the loopback address, through the command line's front door."""
+    pytest.importorskip("distributed", reason="Dask is not installed")
+    settings = bpy.context.scene.wayfarer
+    settings.environment.n_headings = 8
+    for clip in settings.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left_90", "turn_right_90"))
+    whole = evaluated("--quiet", capfd=capfd)
+    folder = saved.parent / "parcels"
+    words = ["--parcels", "3.5", "--scheduler", "local", "--workers", "2", "--out", folder]
+    found = evaluated(*words, capfd=capfd)
+    for part in ("scene", "character", "graph", "embedding", "coverage", "variability"):
+        assert found[part] == whole[part], part
+    assert found["embedding"]["nodes"] > 0 and "saved" not in found
+    assert found["parcels"]["folder"] == str(folder)
+    pictures = [folder / name for name in found["parcels"]["maps"]]
+    assert sorted(picture.name for picture in pictures) == ["coverage.png", "variability.png"]
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+    with np.load(pictures[0].with_name("maps.npz")) as maps:
+        assert int(maps["variability"].sum()) == whole["variability"]["total"]
+    assert (folder / "results.csv").exists() and (folder / "results.html").exists()
+    tiles = list(folder.glob("large/*/maps/*.npz"))
+    assert len(tiles) > 1
+    # Again, nothing is left to do: not even the tiles are needed.
+    for tile in tiles:
+        tile.unlink()
+    assert evaluated(*words, capfd=capfd)["embedding"] == whole["embedding"]
+
+
+def test_mistakes_with_parcels_are_said(saved, capfd, tmp_path):
+    for words, sentence in [
+        (["--parcels", "2.5"], "say --out FOLDER"),
+        (["--parcels", "2.5", "--out", str(tmp_path / "a.blend")], "is no folder"),
+        (["--workers", "2"], "say --parcels METRES"),
+        (["--parcels", "2.5", "--workers", "0", "--out", str(tmp_path / "p")], "0 workers"),
+        (["--parcels", "2.5", "--out", str(saved.parent)], "holds something else"),
+        (["--parcels", "0.3", "--out", str(tmp_path / "small")], "longest step"),
+    ]:
+        assert command.run(["evaluate", *words]) == 1
+        assert sentence in capfd.readouterr().err, words
+    with pytest.raises(EmbeddingError, match=r"evaluate --parcels METRES --out FOLDER"):
+        embed(
+            state.results(bpy.context.scene).graph, environment_of(small_scene(), {}), EmbeddingSettings(memory_limit=1)
+        )
+
+
+def small_scene() -> SceneGeometry:
+    return SceneGeometry(np.empty((0, 3, 3)), (0.0, 0.0), (4.0, 4.0))

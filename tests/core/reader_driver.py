@@ -38,6 +38,7 @@ def look(folder):
         frames = sum(embedding.n_frames[node[3]] for _, node in way)
         at_goal = (last[0] % shape[0], last[1] % shape[1]) in goal
         ways.append((frames, times[whence], at_goal))
+    table = wayfarer_reader.read_table(folder)
     np.savez(
         Path(folder) / "found.npz",
         nodes=nodes,
@@ -49,6 +50,7 @@ def look(folder):
         stencils=np.array([k for k, _ in walk]),
         path=embedding.root_path(start, walk),
         ways=np.array(ways, dtype=int),
+        **{f"table_{name}": array for name, array in zip(("nodes", "first", "links"), table)},
     )
 
 

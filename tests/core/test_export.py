@@ -1,9 +1,11 @@
 """The engine format: what the reference reader finds in it, knowing nothing of us, is what the embedding is."""
 
+import hashlib
 import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.link_reader import LinkReader
 from core.environment.environment import Environment, build_environment
 from core.environment.grid import Grid
 from core.errors import ExportError
@@ -19,8 +22,8 @@ from core.evaluation.reach import time_to_reach
 from core.export.engine_format import engine_arrays, engine_files, engine_header
 from core.motion.graph import build_motion_graph
 from core.motion.repertoire import sample_repertoire
-from core.playback.link_reader import LinkReader
 from core.playback.walk import Walk
+from core.tuning.budget import table_bytes
 
 from .geometry import box_triangles
 from .reference import explicit_embedding, random_problem
@@ -62,6 +65,19 @@ def check(embedding, folder):
     assert len(ours) == embedding.n_links
     for links in (found["leaving"], found["arriving"]):
         assert np.array_equal(links[np.lexsort(links.T)], ours[np.lexsort(ours.T)])
+    # The same as the plain table tells it: ends by their numbers.
+    rows, first, after = found["table_nodes"].astype(int), found["table_first"].astype(int), found["table_links"]
+    assert np.array_equal(rows[np.lexsort(rows.T[::-1])], nodes)
+    numbers = np.ravel_multi_index(tuple(rows.T), mask.shape)
+    listed = np.column_stack([np.repeat(numbers, np.diff(first)), numbers[after]])
+    assert first[0] == 0 and first[-1] == len(after) == embedding.n_links
+    expected = ours[:, [0, 2]]
+    assert np.array_equal(listed[np.lexsort(listed.T)], expected[np.lexsort(expected.T)])
+    size = (folder / "embedding.table").stat().st_size
+    assert size == table_bytes(embedding.n_nodes, embedding.n_links)
+    told = json.loads((folder / "embedding.json").read_text())["table"]
+    raw = (folder / told["file"]).read_bytes()
+    assert told["bytes"] == len(raw) == size and told["sha256"] == hashlib.sha256(raw).hexdigest()
     goal = np.zeros(mask.shape[:2], dtype=bool)
     goal[tuple(found["goal"].T)] = True
     times = time_to_reach(embedding, goal_in_cells(embedding, goal)).frames_at(nodes)
@@ -112,6 +128,27 @@ def test_the_reader_walks_in_a_room(tmp_path):
     assert result.returncode == 0 and f"{embedding.n_nodes:,} nodes" in result.stdout
 
 
+def test_how_the_reader_is_run_is_said(tmp_path):
+    for words in ([], ["a", "b"]):
+        result = read_alone(tmp_path, READER / "wayfarer_reader.py", *words)
+        assert (result.returncode, result.stdout) == (2, "")
+        assert result.stderr == "usage: python wayfarer_reader.py FOLDER\n"
+    result = read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "nothing")
+    assert result.returncode == 1 and "No such file" in result.stderr and "Traceback" not in result.stderr
+
+
+def test_tables_that_are_too_large_are_refused():
+    embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
+    assert set(engine_files(embedding, with_table=False)) == {"embedding.json", "embedding.npz"}
+    header = json.loads(engine_files(embedding, with_table=False)["embedding.json"])
+    assert header["table"] is None
+    counted = replace(embedding)
+    counted.__dict__.update(n_links=2**31)
+    with pytest.raises(ExportError, match=r"would take 8\.6 GB; prune the embedding, or leave the table out"):
+        engine_files(counted)
+    assert engine_files(counted, with_table=False)
+
+
 def test_tags_are_told_by_frames():
     graph, environment = next(
         (graph, environment)
@@ -151,6 +188,6 @@ def test_the_documentation_names_everything():
     text = (ROOT / "docs" / "engine_format.md").read_text()
     embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
     header = engine_header(embedding)
-    names = {*header, *engine_arrays(embedding), *header["grid"], *header["segments"][0]}
+    names = {*header, "table", "sha256", *engine_arrays(embedding), *header["grid"], *header["segments"][0]}
     assert {name for name in names if f"`{name}`" not in text} == set()
     assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 200

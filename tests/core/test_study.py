@@ -1,14 +1,20 @@
 """Studies: every case is what doing it by hand gives, and nothing is lost whatever fails."""
 
+import importlib
 import json
+import math
+import os
 import resource
+import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
+import matplotlib.image as mpimg
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,15 +26,19 @@ from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import RegionRule
 from core.errors import StudyError
+from core.evaluation.ablation import Kind, Verdict, parts
+from core.evaluation.capture.director import direct_capture
+from core.evaluation.floor import floor_cells
 from core.evaluation.path_efficiency import path_efficiency
 from core.evaluation.variability import coverage_share, floor_variability
 from core.expanse.work import Serial
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.progress import finish
-from core.study.case import run_case
+from core.study.case import embedding_settings, run_case
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set
-from core.study.geometry import SceneGeometry, load_scene, save_scene
-from core.study.measures import QUANTITIES, Measure, measured
+from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene
+from core.study.maps import BLOCKED, NOT_REACHED, write_maps
+from core.study.measures import QUANTITIES, Measure, checked_measure, measured
 from core.study.picture import LONGEST_SIDE, small_map
 from core.study.plan import plan_of, read_plan
 from core.study.report import study_page
@@ -83,7 +93,7 @@ def test_a_case_is_what_doing_it_by_hand_gives(radius, cell_size, n_headings, ra
         ways.sum(),
     ]
     levels = found.picture.levels
-    assert np.array_equal(np.isnan(levels), ~environment.free_cells() & (ways == 0))
+    assert np.array_equal(np.isnan(levels), ~floor_cells(embedding) & (ways == 0))
     assert np.array_equal(levels >= 0, ways > 0)
     assert np.allclose(10.0 ** levels[ways > 0], ways[ways > 0], rtol=1e-5)
 
@@ -92,19 +102,124 @@ def test_every_quantity_has_a_number():
     embedding = embed(small_graph(), build_environment(Grid((16, 16, 8), 0.25), np.empty((0, 3, 3))))
     ground = WholeGround(embedding)
     place = embedding.environment.grid.positions(np.argwhere(ground.covered)[0]).tolist()
-    options = {"time_to_reach": {"position": place}, "worst_time_to_reach": {"position": place}}
     small = {"pairs": 8, "goals": 2}
     found = {}
     for name, quantity in QUANTITIES.items():
-        given = options.get(name, small if "pairs" in quantity.options else {})
-        found[name] = measured(Measure(name, name, given), ground)
+        given = small if "pairs" in quantity.options else {}
+        if quantity.one_of:
+            given = {"verdict": "essential"} if "verdict" in quantity.one_of else {"position": place}
+        measure = checked_measure({"measure": name, **given})
+        found[name] = measured(measure, ground)
         assert np.isfinite(found[name]), name
     assert found["nodes"] == embedding.n_nodes and found["segments"] == len(small_graph().segments)
     by_hand = path_efficiency(embedding, np.random.default_rng(0), 8, 2)
     assert found["path_efficiency"] == by_hand.mean and found["worst_path_efficiency"] == by_hand.efficiency.min()
     assert 0 < found["least_action_coverage"] <= found["action_coverage"] <= 1
     assert 0 < found["time_to_reach"] < found["worst_time_to_reach"]
+    assert found["time_from"] != found["time_to_reach"] and 0 < found["area_within"] < found["covered_area"]
+    assert found["left_links"] + found["right_links"] + found["straight_links"] == embedding.n_links
+    assert found["places"] == np.count_nonzero(embedding.covered())
+    advice = direct_capture(embedding)
+    assert found["capture_area"] == advice.gains[0].floor > 0
+    assert found["capture_motions"] == sum(gain.floor > 0 for gain in advice.gains)
+    reasons = [
+        measured(checked_measure({"measure": "missing", "reason": r}), ground) for r in ("no_way_in", "embedded")
+    ]
+    assert 0 <= reasons[0] < found["missing"] and reasons[1] == pytest.approx(1 - found["missing"])
+    by_verdict = [
+        measured(checked_measure({"measure": "judged_actions", "verdict": v.name.lower()}), ground) for v in Verdict
+    ]
+    assert sum(by_verdict) == len(parts(embedding.graph, Kind.CLIP))
     assert found["full_area"] <= found["covered_area"] <= found["free_area"] == pytest.approx(16.0)
+
+
+#: What modules of core.evaluation tell that is one number, by (class, attribute): the measure that it is, or why none.
+NUMBERS = {
+    "Detours": {},
+    "EnvironmentCoverage": {
+        "covered_area": "covered_area",
+        "free_area": "free_area",
+        "position_share": "coverage",
+        "task_share": "heading_coverage",
+        "full_area": "full_area",
+    },
+    "Extent": {"floor": "covered_area", "share": "coverage", "places": "places", "nodes": "nodes", "links": "links"},
+    "JointDeletion": {"share": "spare_loss", "places_share": "spare_places_loss"},
+    "LinkUtility": {"n_nodes": "nodes", "n_links": "links"},
+    "LostLinks": {
+        "possible": "possible_links",
+        "obstacles": "obstacle_links",
+        "regions": "region_links",
+        "free": "free_links",
+        "embedded": "links",
+    },
+    "Loss": {"share": "greatest_loss", "places_share": "greatest_places_loss"},
+    "Gain": {"floor": "capture_area", "places": "capture_places"},
+    "Maneuverability": {
+        "mean": "maneuverability",
+        "worst": "worst_maneuverability",
+        "at_once": "at_once",
+        "promptly": "promptly",
+    },
+    "Metrics": {"mean_wait": "maneuverability", "n_never": "idle_actions"},
+    "Occupancy": {
+        "visited_area": "visited_area",
+        "effective_area": "effective_area",
+        "half_time_share": "half_time_share",
+    },
+    "PathEfficiency": {"mean": "path_efficiency", "standard_error": "path_efficiency_error"},
+    "TurnBalance": {
+        "n_left": "left_links",
+        "n_right": "right_links",
+        "n_straight": "straight_links",
+        "total": "turn_balance",
+    },
+    "WeakSpots": {"area": "weak_area"},
+}
+#: Numbers that are no measures: what was asked for, how the number was found, or the same by another name.
+OF_THEIR_OWN = {
+    ("Detours", "speed"): "the measure 'speed'",
+    ("JointDeletion", "allowed"): "what was asked for",
+    ("Loss", "floor"): "its share is the measure",
+    ("Loss", "places"): "its share is the measure",
+    ("Loss", "nodes"): "its share is the measure",
+    ("Loss", "links"): "its share is the measure",
+    ("Occupancy", "cell_area"): "a setting of the scene",
+    ("Occupancy", "residual"): "how well it was found",
+    ("Occupancy", "error"): "how well it was found",
+    ("Occupancy", "n_steps"): "how it was found",
+    ("PathEfficiency", "n_goals"): "how it was found",
+    ("PathEfficiency", "worst"): "an index; the measure 'worst_path_efficiency' is its number",
+    ("ReachField", "limit"): "what was asked for",
+    ("ReachField", "frame_rate"): "a setting",
+    ("SimulatedOccupancy", "n_walkers"): "what was asked for",
+    ("SimulatedOccupancy", "duration"): "what was asked for",
+}
+#: Parts of results (one spot, one column), what was asked for, and tools of the evaluation itself.
+NO_RESULTS = {"WeakSpot", "WeakSpotSettings", "Candidate", "CandidateFamily", "Part", "Measure"}
+NO_RESULTS |= {"Stage", "Columns", "Flow", "Front"}
+
+
+def test_every_number_of_the_evaluation_can_be_measured():
+    folder = ROOT / "core" / "evaluation"
+    unknown = []
+    for file in sorted(folder.rglob("*.py")):
+        name = ".".join(file.relative_to(ROOT).with_suffix("").parts)
+        module = importlib.import_module(name)
+        for kind in vars(module).values():
+            ours = isinstance(kind, type) and kind.__module__ == name and not kind.__name__.startswith("_")
+            if not (ours and is_dataclass(kind)) or kind.__name__ in NO_RESULTS:
+                continue
+            types = {field.name: str(getattr(field.type, "__name__", field.type)) for field in fields(kind)}
+            for attribute, value in vars(kind).items():
+                if isinstance(value, property):
+                    told = value.fget.__annotations__.get("return")
+                    types[attribute] = str(getattr(told, "__name__", told))
+            numbers = {attribute for attribute, told in types.items() if told in ("int", "float")}
+            numbers -= {attribute for owner, attribute in OF_THEIR_OWN if owner == kind.__name__}
+            unknown += [(kind.__name__, a) for a in numbers if NUMBERS.get(kind.__name__, {}).get(a) not in QUANTITIES]
+    assert not unknown, f"neither a measure nor explained: {sorted(unknown)}"
+    assert all(measure in QUANTITIES for numbers in NUMBERS.values() for measure in numbers.values())
 
 
 def test_thresholds_make_graphs(tmp_path):
@@ -191,6 +306,31 @@ def test_only_what_is_new_is_run(tmp_path):
     assert rows_of(again) == rows_of(moved)
 
 
+def test_results_of_another_version_are_not_mixed_with_ours(tmp_path):
+    study = lay_out(tmp_path, clips={"clips": "clips.npz"})
+    first = run_study(study, tmp_path / "out")
+    files = sorted((tmp_path / "out" / "cases").glob("*.json"))
+    for file, version in zip(files[:2], ["another", None], strict=True):
+        found = json.loads(file.read_text())
+        found["version"] = version
+        if version is None:  # as results were written before they told
+            del found["version"]
+        found["numbers"]["nodes"] = -1
+        file.write_text(json.dumps(found))
+    said = []
+    again = finish(run_study_steps(study, tmp_path / "out"), lambda progress: said.append(progress.message))
+    assert (again.n_known, again.n_outdated, again.n_failed) == (2, 2, 0)
+    assert "2 cases were finished by another version of Wayfarer, and are run again" in said
+    assert rows_of(again) == rows_of(first)
+    assert run_study(study, tmp_path / "out").n_known == 4
+    # What could not be run again yet is still there, and still not ours.
+    found = json.loads(files[0].read_text())
+    files[0].write_text(json.dumps({**found, "version": "another"}))
+    with pytest.raises(StudyError, match="workers are gone"):
+        run_study(study, tmp_path / "out", Failing(0, None))
+    assert json.loads(files[0].read_text())["version"] == "another"
+
+
 def test_stopping_is_possible_at_every_step(tmp_path):
     study = lay_out(tmp_path)
     for n_steps in (1, 2, 3):
@@ -275,6 +415,69 @@ def test_a_full_disk_is_said_and_nothing_is_lost(tmp_path):
     assert again.n_known == 1 and again.n_failed == 0
 
 
+def test_a_full_disk_is_said_of_large_grounds_too(tmp_path):
+    file, out = tmp_path / "study.toml", tmp_path / "out"
+    lay_out(tmp_path)
+    save_scene(room(width=500.0), tmp_path / "long.npz")
+    file.write_text(
+        'measures = ["nodes"]\n[scenes]\nlong = "long.npz"\n[clips]\ngraph = "graph.npz"\n[settings]\nparcel_size = 4.0'
+    )
+    # Room for what is copied, but not for the mask of the ground.
+    size = max((tmp_path / name).stat().st_size for name in ("long.npz", "graph.npz"))
+    full = cluster_program(file, "--out", out, "--scheduler", "processes", "--workers", 1, limit=size + 100)
+    assert full.returncode == 1, full.stderr
+    assert "cannot be written (" in full.stderr and "None" not in full.stderr and "Traceback" not in full.stderr
+    # What is half there is not taken for a problem that was laid out.
+    assert list(out.rglob("graph.npz")) and not list(out.rglob("problem.json"))
+
+
+def test_what_is_stopped_by_hand_goes_on(tmp_path):
+    """Ctrl-C, which reaches the program and its workers alike, in the middle of a large ground."""
+    file, out = tmp_path / "study.toml", tmp_path / "out"
+    lay_out(tmp_path)
+    save_scene(room(width=24.0), tmp_path / "long.npz")
+    file.write_text(
+        'measures = ["nodes", "links"]\n[scenes]\nlong = "long.npz"\n[clips]\ngraph = "graph.npz"\n'
+        "[settings]\nparcel_size = 4.0"
+    )
+    command = [sys.executable, str(ROOT / "addon" / "cluster.py"), str(file), "--out", str(out)]
+    command += ["--scheduler", "processes", "--workers", "2"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0)
+    try:
+        while not list(out.rglob("journal.json")) and process.poll() is None:
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 130, said
+    assert "stopped; start it again to go on" in said
+    journals = list(out.rglob("journal.json"))
+    assert len(journals) == 1 and not list((out / "cases").glob("*.json"))
+    n_phases = len(json.loads(journals[0].read_text()))
+    assert n_phases > 0
+    result = run_study(read_plan(file), out).outcomes[0].result
+    alone = run_case(room(width=24.0), small_graph(), {}, [Measure(n, n) for n in ("nodes", "links")])
+    assert dict(result.numbers) == dict(alone.numbers)
+
+
+def test_two_do_not_work_in_the_same_folder(tmp_path):
+    fcntl = pytest.importorskip("fcntl", reason="this machine locks files otherwise")
+    lay_out(tmp_path)
+    file, out = tmp_path / "study.toml", tmp_path / "out"
+    file.write_text('measures = ["nodes"]\n[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"')
+    out.mkdir()
+    words = [file, "--out", out, "--scheduler", "processes", "--workers", 1]
+    with open(out / ".lock", "ab") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        result = cluster_program(*words)
+        assert result.returncode == 1 and f"Another study works in '{out}' right now" in result.stderr
+    assert cluster_program(*words).returncode == 0
+    out.joinpath("file").write_text("")
+    result = cluster_program(file, "--out", out / "file" / "folder", "--scheduler", "processes")
+    assert result.returncode == 1 and "cannot be written to" in result.stderr
+
+
 def test_a_scheduler_that_does_not_answer_is_said(tmp_path):
     pytest.importorskip("distributed", reason="Dask is not installed")
     lay_out(tmp_path)
@@ -316,6 +519,31 @@ def test_a_ground_in_parcels_is_the_same_ground(tmp_path):
         assert parcels.numbers["turn_balance"] is None and "in parcels" in parcels.remarks[0]
         assert "cannot be pruned" in found[4.0, 2, tiled].problem
     assert run_study(study, tmp_path / "out", Failing(2, None)).n_known == 6
+
+
+def test_maps_of_large_grounds_are_put_together(tmp_path):
+    lay_out(tmp_path)
+    geometry = room(width=12.0, regions=[region()])
+    save_scene(geometry, tmp_path / "long.npz")
+    study = plan(tmp_path, scenes={"long": {"file": "long.npz", "parcel_size": 4.0}}, settings={})
+    run_study(study, tmp_path / "out")
+    ground = WholeGround(embed(small_graph(), environment_of(geometry, {}), embedding_settings(geometry, {})))
+    write_maps(ground, (0.0, 0.0), tmp_path / "whole")
+    written = tmp_path / "out" / "maps" / "long, graph"
+    assert sorted(path.name for path in written.iterdir()) == ["coverage.png", "maps.npz", "variability.png"]
+    with np.load(written / "maps.npz") as maps:
+        assert np.array_equal(maps["variability"], ground.ways) and maps["variability"].any()
+        assert np.array_equal(maps["coverage"], ground.headings) and np.array_equal(maps["free"], ground.free)
+        assert maps["cell_size"] == 0.25 and maps["origin"].tolist() == [0, 0]
+    for name in ("coverage.png", "variability.png"):
+        assert (written / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    pixels = np.round(255 * mpimg.imread(written / "coverage.png")).astype(int)
+    assert pixels.shape[:2] == ground.ways.T.shape
+    nothing = (255 * np.array(BLOCKED)).round(), (255 * np.array(NOT_REACHED)).round()
+    blocked = np.all(pixels[..., :3] == nothing[0], axis=2)[::-1].T
+    assert np.array_equal(blocked, (ground.headings == 0) & ~ground.free) and blocked.any()
+    missed = np.all(pixels[..., :3] == nothing[1], axis=2)[::-1].T
+    assert np.array_equal(missed, (ground.headings == 0) & ground.free) and missed.any()
 
 
 def test_parcels_that_are_too_small_are_said(tmp_path):
@@ -385,7 +613,17 @@ def entries(**changes):
         (entries(measures=[{"measure": "nodes", "tag": "x"}]), "no option 'tag'"),
         (entries(measures=[{"measure": "time_to_reach", "region": 3}]), "cannot be 3"),
         (entries(measures=["nodes", "nodes"]), "Two measures are called 'nodes'"),
+        (entries(measures=[{"measure": "time_to_reach", "position": ["here", 2]}]), "two numbers, x and y"),
+        (entries(measures=[{"measure": "time_to_reach", "position": [1.0, math.nan]}]), "two numbers, x and y"),
+        (entries(measures=[{"measure": "time_to_reach", "position": [1.0, True]}]), "two numbers, x and y"),
+        (entries(measures=[{"measure": "time_to_reach", "position": [1.0]}]), "two numbers, x and y"),
+        (entries(measures=[{"measure": "time_to_reach"}]), "needs one of its options region, tag"),
+        (entries(measures=[{"measure": "time_to_reach", "tag": "a", "region": "b"}]), "needs one of"),
+        (entries(measures=[{"measure": "path_efficiency", "pairs": 0}]), "1 or more"),
+        (entries(measures=[{"measure": "action_coverage", "kind": "limb"}]), "'segment' or 'clip' or 'tag'"),
+        (entries(measures=[{"measure": "detour", "spacing": math.inf}]), "a number, more than 0"),
         (entries(measures=[]), "a list of names"),
+        (entries(table="parquet"), r"written as 'csv'.*to_parquet"),
         (entries(settings={"radius": [i / 1e6 for i in range(100_001)]}), "more than 100,000"),
     ],
 )
@@ -431,7 +669,7 @@ def test_tables_and_pages_hold_every_case(tmp_path):
     flat = study_page(run_study(plan(tmp_path, settings={}, measures=["turn_balance", "nodes"]), tmp_path / "out"))
     assert flat.count("<svg") == 2 + 1 + 2
     record = json.loads(next((tmp_path / "out" / "cases").glob("*.json")).read_text())
-    assert set(record) == {"format", "numbers", "remarks", "picture", "seconds"}
+    assert set(record) == {"format", "version", "numbers", "remarks", "picture", "seconds"}
 
 
 def test_the_documentation_names_everything():

@@ -1,9 +1,15 @@
 """Studies on real clusters: Dask's scheduler and two worker processes on the loopback address."""
 
 import contextlib
+import importlib.util
+import json
 import os
+import shutil
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +18,13 @@ from core.errors import StudyError
 from core.study.geometry import save_scene
 from core.study.run import run_study, run_study_steps
 from core.study.tasks import measure_case
+from core.study.version import core_version
 
 from .studies import lay_out, plan, region, room, rows_of
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed")
 
+ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = {"radius": [0.2, 0.25, 0.3], "k": ["all", 2]}
 
 
@@ -125,3 +133,91 @@ def test_a_scheduler_that_is_restarted_costs_no_finished_case(tmp_path):
         outcome = run_study(study, tmp_path / "out", client.get_executor(pure=False))
     assert outcome.n_known >= n_done and outcome.n_failed == 0
     assert rows_of(outcome) == rows_of(run_study(study, tmp_path / "here"))
+
+
+def machine(folder):
+    """A folder with the program and the core, as another machine has it; nobody edits it while the test runs."""
+    shutil.copytree(ROOT / "core", folder / "core", ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "addon").mkdir()
+    shutil.copy(ROOT / "addon" / "cluster.py", folder / "addon")
+    return folder
+
+
+@contextlib.contextmanager
+def started(root, *words):
+    """A Python process that knows the core in a folder; ended with the block."""
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    process = subprocess.Popen(
+        [sys.executable, *map(str, words)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def worker(root, address):
+    """A worker that nobody restarts when it dies."""
+    words = ["-m", "distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard"]
+    return started(root, *words)
+
+
+def test_that_all_workers_are_gone_is_said_and_a_new_one_finishes(tmp_path):
+    lay_out(tmp_path)
+    root = machine(tmp_path / "machine")
+    file, out = tmp_path / "study.toml", tmp_path / "out"
+    file.write_text(
+        'measures = ["nodes", "links"]\n[scenes]\nopen = "open.npz"\ndoor = "door.npz"\n[clips]\ngraph = "graph.npz"\n'
+        f"[settings]\nradius = {json.dumps([0.1 + 0.01 * i for i in range(20)])}\nn_headings = [8, 12]"
+    )
+    with contextlib.ExitStack() as stack:
+        cluster = stack.enter_context(
+            distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=":0", protocol="tcp")
+        )
+        address = cluster.scheduler_address
+        workers = [stack.enter_context(worker(root, address)) for _ in range(2)]
+        words = [root / "addon" / "cluster.py", file, "--out", out, "--scheduler", address]
+        study = stack.enter_context(started(root, *words))
+        until = time.monotonic() + 60
+        while len(list(out.glob("cases/*.json"))) < 4:
+            assert study.poll() is None and time.monotonic() < until
+            time.sleep(0.02)
+        for process in workers:
+            process.kill()
+        n_done = len(list(out.glob("cases/*.json")))
+        for line in study.stderr:
+            if line.startswith("No worker is left"):
+                break
+        assert "s; waiting for new ones for 30 min at most" in line and f"dask worker {address}" in line
+        assert 4 <= n_done < 80 and study.poll() is None
+        stack.enter_context(worker(root, address))
+        told, errors = study.communicate(timeout=90)
+    assert study.returncode == 0, errors
+    assert "A worker is back" in errors and "80 cases: 80 with results" in told
+
+
+def test_workers_of_another_version_are_refused(client, tmp_path):
+    cluster = import_cluster()
+
+    def pretend(version):
+        from core.study import version as module
+
+        module.core_version = lambda: version
+
+    ours = core_version()
+    cluster.check_workers(client, tmp_path)
+    client.run(pretend, "another")
+    try:
+        with pytest.raises(cluster.ClusterError, match=r"worker at .* has another version of Wayfarer"):
+            cluster.check_workers(client, tmp_path)
+    finally:
+        client.run(pretend, ours)
+
+
+def import_cluster():
+    """The program that runs studies, as a module."""
+    spec = importlib.util.spec_from_file_location("wayfarer_cluster", ROOT / "addon" / "cluster.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
