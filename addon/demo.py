@@ -53,17 +53,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _tell(report: dict, out: Path) -> None:
     total = sum(report["seconds"].values())
-    print(
-        f"\n{report['segments']} segments and {report['graph_links']} links from {report['clips']} clips became "
-        f"{report['nodes']:,} nodes and {report['links']:,} links.\n"
-        f"The character can be in {report['coverage']:.0%} of the free floor; "
-        f"it walks for {report['walk_seconds']:.0f} s. All of it took {total:.0f} s."
-    )
-    for gap in report["not_covered"]:
-        print(
-            f"It cannot get to {gap['square_metres']:.1f} square metres of free floor around "
-            f"({gap['x']:g}, {gap['y']:g})."
-        )
+    print("", *report["summary"], f"All of it took {total:.0f} s.", sep="\n")
     for name in ("demo.blend", "map.png", "view.png", "report.json"):
         print(f"  {out / name}")
 

@@ -4,25 +4,33 @@ import os
 import sys
 import tempfile
 from argparse import Namespace
+from typing import cast
 
 import bpy
 import numpy as np
-from scipy import ndimage
 
 from ..core.errors import ClipError, MotionGraphError, SceneError
+from ..core.evaluation.floor import floor_cells
+from ..core.evaluation.weak_spots import connected_areas
+from ..core.progress import finish
 from .bridge.body import add_body
 from .operators.paint_map import FLOOR_NAME
 from .properties import MapQuantity
-from .render.map_colors import ruled_cells
 from .render.map_picture import MapScene, draw_map
 from .render.view_picture import choose_moments, draw_view
 from .render.viewport import add_camera_and_sun, set_up_viewports
 from .render.walk_curve import NAME as WALK_NAME
 from .scene_collections import OUTPUT, ensure_collection
-from .state import results
+from .state import embedding_of, graph_of, results, walk_of
+from .text import area, counted, place, share, time
+from .walks.choosing import TriedWalk, tried_walks_steps
+from .walks.motion import read_motion_request
+from .walks.request import read_request
 
 _FRAME_RATE = 30
 _SMALLEST_GAP = 1.0
+_TRIED_WALKS = 4
+"""Seeds of the sample's walk, of which the one with the fewest defects is shown; the report says so."""
 
 
 def run(options: Namespace, journal) -> dict:
@@ -47,13 +55,16 @@ def run(options: Namespace, journal) -> dict:
     journal.run("graph", "Building the motion graph", quietly, operators.build_motion_graph)
     journal.run("embed", "Embedding it in the scene", quietly, operators.embed)
     journal.run("map", "Painting the map", quietly, operators.paint_map)
+    tried = []
+    if options.blend is None:
+        tried = journal.run("walk choice", f"Choosing from {_TRIED_WALKS} walks", quietly, _choose_walk)
     journal.run("walk", "Walking", quietly, operators.random_walk)
 
     shown = shown_scene()
     journal.run("map picture", "Drawing map.png", quietly, _draw_map, options.out / "map.png", shown)
     journal.run("view picture", "Drawing view.png", quietly, draw_walk_view, options.out / "view.png", shown)
     journal.run("save", "Saving demo.blend", quietly, _save, options.out / "demo.blend", shown)
-    return _report(journal.seconds)
+    return _report(journal.seconds, tried)
 
 
 def _complete(scene, file_name: str) -> None:
@@ -77,6 +88,17 @@ def _complete(scene, file_name: str) -> None:
         )
 
 
+def _choose_walk() -> list[TriedWalk]:
+    context = bpy.context
+    scene = context.scene
+    steps = tried_walks_steps(
+        embedding_of(scene), read_request(context), read_motion_request(scene), range(_TRIED_WALKS)
+    )
+    tried = finish(steps)
+    scene.wayfarer.walk.seed = tried[0].seed
+    return tried
+
+
 def _open(path) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(path))
 
@@ -88,7 +110,7 @@ def _import(folder) -> None:
 def shown_scene() -> MapScene:
     scene = bpy.context.scene
     settings, found = scene.wayfarer.environment, results(scene)
-    grid = found.embedding.environment.grid
+    grid = embedding_of(scene).environment.grid
     collection = ensure_collection(scene, OUTPUT)
     return MapScene(
         floor=collection.objects[FLOOR_NAME],
@@ -104,9 +126,9 @@ def shown_scene() -> MapScene:
 def _draw_map(path, shown: MapScene) -> None:
     summary = results(bpy.context.scene).summary
     notes = [
-        f"{summary['clips']} clips, {len(results(bpy.context.scene).graph.segments)} segments",
-        f"{summary['nodes']:,} nodes, {summary['links']:,} links",
-        f"{summary['coverage']:.0%} of the free floor covered",
+        f"{counted(summary['clips'], 'clip')}, {counted(len(graph_of(bpy.context.scene).segments), 'segment')}",
+        f"{counted(summary['nodes'], 'node')}, {counted(summary['links'], 'link')}",
+        f"{share(summary['coverage'])} of the free floor covered",
     ]
     draw_map(
         path,
@@ -132,7 +154,7 @@ def _region_words() -> str:
 
 def draw_walk_view(path, shown: MapScene) -> None:
     scene = bpy.context.scene
-    walk = results(scene).walk
+    walk = walk_of(scene)
     bodies = [child for child in scene.wayfarer.character.children_recursive if child.type == "MESH"]
     own = None
     if not bodies:
@@ -144,7 +166,7 @@ def draw_walk_view(path, shown: MapScene) -> None:
         draw_view(path, shown, bodies, [scene.frame_start + round(moment * rate) for moment in moments])
     finally:
         if own is not None:
-            bpy.data.meshes.remove(own.data)
+            bpy.data.meshes.remove(cast(bpy.types.Mesh, own.data))
 
 
 def _special_frames(walk) -> np.ndarray:
@@ -168,40 +190,59 @@ def _save(path, shown: MapScene) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
 
 
-def _report(seconds: dict[str, float]) -> dict:
-    found = results(bpy.context.scene)
-    gaps = _gaps(found.embedding)
+def _report(seconds: dict[str, float], tried: list[TriedWalk]) -> dict:
+    scene = bpy.context.scene
+    summary, graph = results(scene).summary, graph_of(scene)
+    gaps = _gaps(embedding_of(scene))
     return {
-        "clips": found.summary["clips"],
-        "segments": len(found.graph.segments),
-        "graph_links": len(found.graph.links),
-        "nodes": found.summary["nodes"],
-        "links": found.summary["links"],
-        "coverage": round(found.summary["coverage"], 4),
-        "walk_seconds": round(found.summary["walk_seconds"], 2),
-        "walk_metres": round(found.summary["walk_length"], 2),
+        "summary": _sentences(scene, tried, gaps),
+        "clips": summary["clips"],
+        "segments": len(graph.segments),
+        "graph_links": len(graph.links),
+        "nodes": summary["nodes"],
+        "links": summary["links"],
+        "coverage": round(summary["coverage"], 4),
+        "walk_seconds": round(summary["walk_seconds"], 2),
+        "walk_metres": round(summary["walk_length"], 2),
+        "walk_seed": scene.wayfarer.walk.seed,
+        "walks_tried": [{"seed": walk.seed, "defects_per_minute": round(walk.defects, 2)} for walk in tried],
         "seconds": {step: round(value, 2) for step, value in seconds.items()},
         "not_covered": gaps,
         "dropped": [
             {"clip": dropped.clip, "seconds": round(dropped.seconds, 2), "reason": dropped.reason}
-            for dropped in found.graph.dropped
+            for dropped in graph.dropped
         ],
     }
 
 
+def _sentences(scene, tried: list[TriedWalk], gaps: list[dict]) -> list[str]:
+    """The demo's outcome for people."""
+    summary, graph = results(scene).summary, graph_of(scene)
+    said = [
+        f"{counted(len(graph.segments), 'segment')} and {counted(len(graph.links), 'link')} from "
+        f"{counted(summary['clips'], 'clip')} became {counted(summary['nodes'], 'node')} and "
+        f"{counted(summary['links'], 'link')}.",
+        f"The character can be in {share(summary['coverage'])} of the free floor; it walks for "
+        f"{time(summary['walk_seconds'])}.",
+    ]
+    if tried:
+        said.append(f"Of {counted(len(tried), 'walk')} that were tried, the one with the fewest defects is shown.")
+    for gap in gaps:
+        where = place(gap["x"], gap["y"])
+        said.append(f"It cannot get to {area(gap['square_metres'])} of free floor around {where}.")
+    return said
+
+
 def _gaps(embedding) -> list[dict]:
     """Free floor that the character cannot get to, in connected pieces of a square metre or more, largest first."""
-    environment = embedding.environment
-    covered = embedding.node_mask().any(axis=(2, 3))
-    missed = environment.free_cells() & ~covered & ~ruled_cells(environment)
-    labels, n_pieces = ndimage.label(missed)
+    grid = embedding.environment.grid
+    missed = floor_cells(embedding) & ~embedding.covered().any(axis=2)
     gaps = []
-    for piece in range(1, n_pieces + 1):
-        cells = np.argwhere(labels == piece)
-        area = len(cells) * environment.grid.cell_size**2
-        if area >= _SMALLEST_GAP:
-            x, y = environment.grid.positions(cells).mean(axis=0)
-            gaps.append({"square_metres": round(area, 2), "x": round(float(x), 2), "y": round(float(y), 2)})
+    for cells in connected_areas(missed, grid.tiled):
+        size = cells.shape[1] * grid.cell_size**2
+        if size >= _SMALLEST_GAP:
+            x, y = grid.positions(cells.T).mean(axis=0)
+            gaps.append({"square_metres": round(size, 2), "x": round(float(x), 2), "y": round(float(y), 2)})
     return sorted(gaps, key=lambda gap: -gap["square_metres"])
 
 

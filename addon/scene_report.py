@@ -7,16 +7,24 @@ from ..core.errors import EvaluationError
 from ..core.progress import Progress
 from ..core.report.scene_report import Goal, ReportOptions, SceneReport, examine_scene_steps
 from .query import query_nodes
-from .state import results
+from .state import embedding_of
 
 
 def scene_report_steps(scene, thorough: bool) -> Generator[Progress, None, SceneReport]:
     """Examine the scene's embedding; times count to what the panel Queries asks for, if that can be reached."""
-    embedding, query = results(scene).embedding, scene.wayfarer.queries.to_query()
+    embedding, query = embedding_of(scene), scene.wayfarer.queries.to_query()
     goal = None
     with contextlib.suppress(EvaluationError):
         goal = Goal(query.words, query_nodes(embedding, query))
     character = scene.wayfarer.character
     title = f"{character.name} in {scene.name}" if character is not None else scene.name
-    options = ReportOptions(title, thorough=thorough, goal=goal, seed=scene.wayfarer.evaluation.seed)
+    settings = scene.wayfarer.evaluation
+    options = ReportOptions(
+        title,
+        thorough=thorough,
+        goal=goal,
+        seed=settings.seed,
+        n_pairs=settings.n_pairs,
+        allowed_loss=settings.allowed_loss / 100,
+    )
     return (yield from examine_scene_steps(embedding, options))

@@ -1,6 +1,5 @@
-"""Numbers in sentences."""
+"""Numbers in sentences: those of the core, at hand for the whole add-on, its panels included."""
 
+from ..core.wording import amount, area, counted, mean_of, place, share, share_of, short, time
 
-def counted(number: int, noun: str) -> str:
-    """ "1 clip", "1,200 clips"."""
-    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
+__all__ = ["amount", "area", "counted", "mean_of", "place", "share", "share_of", "short", "time"]

@@ -2,9 +2,10 @@
 
 from collections.abc import Generator
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.ablation import Kind, Loss, Verdict, ablate_steps
-from ...core.evaluation.deletion import deletable_together_steps
+from ...core.evaluation.deletion import allowed_places, deletable_together_steps
 from ...core.progress import Progress
 from ...core.report.table import table
 from ..text import counted
@@ -15,7 +16,7 @@ _ICONS = {
     Verdict.IMPORTANT: "ERROR",
     Verdict.USEFUL: "CHECKMARK",
     Verdict.SPARE: "REMOVE",
-    Verdict.DELETABLE: "TRASH",
+    Verdict.REDUNDANT: "TRASH",
 }
 
 
@@ -36,18 +37,20 @@ def ablation_finding_steps(embedding: Embedding, kind: Kind) -> Generator[Progre
 
 
 def _row(loss: Loss) -> Row:
-    value = f"{loss.floor:.2f}" if loss.floor < 10 else f"{loss.floor:.1f}"
-    return Row(loss.part.name, value, loss.verdict.name.title(), loss.describe(), _ICONS[loss.verdict])
+    return Row(
+        loss.part.name, wording.area(loss.floor), loss.verdict.name.title(), loss.describe(), _ICONS[loss.verdict]
+    )
 
 
 def deletion_finding_steps(embedding: Embedding, allowed: float) -> Generator[Progress, None, Finding]:
-    """The clips that can all be deleted while the covered floor shrinks by at most the share ``allowed``."""
+    """The clips that can all be deleted while the covered floor shrinks by at most the share ``allowed``, and its
+    positions and headings by at most :func:`allowed_places`."""
     found = yield from deletable_together_steps(embedding, allowed, Kind.CLIP)
     whole, rows, lines = found.before.floor, [], []
     for number, (part, left) in enumerate(zip(found.parts, found.left_after, strict=True), start=1):
         lost = whole - left.floor
         rows.append((number, part.name, lost, lost / whole if whole else 0.0, left.nodes, left.links))
-        lines.append(Row(part.name, f"{lost:.2f} m²", icon="ACTION"))
+        lines.append(Row(part.name, wording.area(lost), icon="ACTION"))
     columns = ("order", "clip", "lost so far (m2)", "lost share", "nodes left", "links left")
     return Finding(
         DELETION,
@@ -55,7 +58,9 @@ def deletion_finding_steps(embedding: Embedding, allowed: float) -> Generator[Pr
         table(columns, rows),
         numbers=(
             ("Deletable", counted(len(found.parts), "clip")),
-            ("Together They Cost", f"{whole - found.left.floor:.2f} m² ({found.share:.1%})"),
+            ("Floor Lost", f"{wording.area(whole - found.left.floor)} ({wording.share(found.share)})"),
+            ("Places Lost", wording.share(found.places_share)),
+            ("Allowed", f"{wording.share(allowed)}, {wording.share(allowed_places(allowed))}"),
         ),
         rows=tuple(lines),
         sentences=tuple(found.describe()),

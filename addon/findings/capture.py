@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.capture.candidate import Candidate, candidates
 from ...core.evaluation.capture.director import Gain, direct_capture_steps
@@ -15,16 +16,20 @@ from .finding import CAPTURE, Finding, Row
 
 def capture_finding_steps(embedding: Embedding, n_candidates: int) -> Generator[Progress, None, Finding]:
     """Try up to ``n_candidates`` motions on an embedding that was not pruned; those that open most come first."""
-    tried = chosen_candidates(embedding, n_candidates)
+    tried, n_known = chosen_candidates(embedding, n_candidates), len(candidates(embedding))
     found = yield from direct_capture_steps(embedding, tried)
     useful = [gain for gain in found.gains if gain.floor > 0 or gain.places > 0]
     columns, rows = found.table()
-    best = f"{useful[0].floor:.1f} m²" if useful else "nothing"
+    best = wording.area(useful[0].floor) if useful else "nothing"
     return Finding(
         CAPTURE,
         embedding,
         table(columns, rows),
-        numbers=(("Tried", counted(len(tried), "motion")), ("Would Help", str(len(useful))), ("Best Opens", best)),
+        numbers=(
+            ("Tried", f"{len(tried):,} of {counted(n_known, 'motion')}"),
+            ("Would Help", str(len(useful))),
+            ("Best Opens", best),
+        ),
         rows=tuple(_row(embedding, gain) for gain in useful),
         sentences=tuple(found.describe(len(found.gains))),
     )
@@ -40,7 +45,7 @@ def chosen_candidates(embedding: Embedding, n_candidates: int) -> list[Candidate
 
 def _row(embedding: Embedding, gain: Gain) -> Row:
     words = gain.candidate.words
-    value = f"+{gain.floor:.1f} m²" if gain.floor >= 0.1 else f"+{gain.floor:.2f} m²"
+    value = f"+{wording.area(gain.floor)}"
     across, place = float(np.sqrt(gain.floor)), _place(embedding, gain)
     return Row(words[0].upper() + words[1:], value, "", gain.describe(), "ADD", place, across)
 

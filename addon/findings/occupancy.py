@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.occupancy import occupancy_steps
 from ...core.progress import Progress
@@ -17,7 +18,7 @@ _LISTED = 20
 def occupancy_finding_steps(embedding: Embedding) -> Generator[Progress, None, Finding]:
     """How evenly walkers that take every link with the same probability use the floor and the segments."""
     found = yield from occupancy_steps(embedding)
-    graph, (x, y) = embedding.graph, found.hot_spot
+    graph = embedding.graph
     order = np.argsort(-found.segments, kind="stable").tolist()
     rows = [(graph.segments[i].name, float(found.segments[i])) for i in order]
     return Finding(
@@ -25,10 +26,11 @@ def occupancy_finding_steps(embedding: Embedding) -> Generator[Progress, None, F
         embedding,
         table(("segment", "share of the time"), rows),
         numbers=(
-            ("Used as if Evenly", f"{found.effective_area:.1f} of {found.visited_area:.1f} m²"),
-            ("Half the Time On", f"{found.half_time_share:.0%} of that"),
-            ("Busiest Place", f"{x:.1f}, {y:.1f} m"),
+            ("Evenly Used Floor", f"{wording.amount(found.effective_area)} of {wording.area(found.visited_area)}"),
+            ("Half the Time On", f"{wording.share(found.half_time_share)} of it"),
+            ("Busiest Place", wording.place(*found.hot_spot)),
+            ("Exact But For", f"{wording.share(found.error)} of the time"),
         ),
-        rows=tuple(Row(name, f"{share:.1%}", icon="ANIM_DATA") for name, share in rows[:_LISTED]),
+        rows=tuple(Row(name, wording.share(share), icon="ANIM_DATA") for name, share in rows[:_LISTED]),
         sentences=tuple(found.describe()),
     )

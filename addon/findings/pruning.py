@@ -2,12 +2,14 @@
 
 from collections.abc import Generator
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.progress import Progress
+from ...core.report.finding_tables import pruning_table
 from ...core.report.table import table
 from ...core.tuning.pruning_curve import PruningCurve, pruning_curve_steps
 from ..pruning import Pruning
-from ..render.maps.floor_map import short_number
+from ..text import counted
 from .finding import PRUNING, PRUNING_CURVE, Finding
 
 _SHARES = (1.0, 0.99, 0.9)
@@ -31,7 +33,7 @@ def pruning_finding(pruning: Pruning) -> Finding:
         numbers=(
             ("Nodes", _change(before.nodes, after.nodes)),
             ("Links", _change(before.links, after.links)),
-            ("Floor", f"{before.floor:.1f} \u2192 {after.floor:.1f} m²"),
+            ("Floor", f"{wording.amount(before.floor)} \u2192 {wording.area(after.floor)}"),
             ("Places", _change(before.places, after.places)),
         ),
         sentences=(f"{pruning.words}.", *pruning.sentences),
@@ -39,26 +41,40 @@ def pruning_finding(pruning: Pruning) -> Finding:
 
 
 def _change(before: int, after: int) -> str:
-    return f"{short_number(before)} \u2192 {short_number(after)}"
+    return f"{wording.short(before)} \u2192 {wording.short(after)}"
 
 
 def pruning_curve_finding_steps(whole: Embedding) -> Generator[Progress, None, Finding]:
     """Local pruning for every k: nodes, links and coverage."""
     curve = yield from pruning_curve_steps(whole)
-    columns = ("k", "nodes", "links", "floor coverage", "coverage of floor and headings")
-    arrays = (curve.k, curve.n_nodes, curve.n_links, curve.floor_coverage, curve.coverage)
-    rows = list(zip(*(array.tolist() for array in arrays), strict=True))
-    return Finding(PRUNING_CURVE, whole, table(columns, rows), numbers=_numbers(curve))
+    return Finding(PRUNING_CURVE, whole, pruning_table(curve), numbers=_numbers(curve), sentences=_sentences(curve))
 
 
 def _numbers(curve: PruningCurve) -> tuple[tuple[str, str], ...]:
     """The least k that keeps most of the floor, and what is left of the links then."""
     if not len(curve.k):
         return ()
-    numbers = [("Largest", f"k {curve.k[-1]}")]
-    for share in _SHARES:
+    numbers = [("Most at a Place", counted(int(curve.k[-1]), "segment"))]
+    return (
+        *numbers,
+        *((f"Keep {share:.0%} of Floor", f"k {k}, {links} of links") for share, k, links in _prices(curve)),
+    )
+
+
+def _prices(curve: PruningCurve) -> list[tuple[float, int, str]]:
+    """Shares of the covered floor, the least k that keeps each, and the share of the links that are left then."""
+    prices = []
+    for share in _SHARES if len(curve.k) else ():
         k = curve.smallest_k(share * float(curve.floor_coverage[-1]))
         if k is not None:
-            links = int(curve.n_links[k - 1]) / max(int(curve.n_links[-1]), 1)
-            numbers.append((f"{share:.0%} of the Floor", f"k {k}, {links:.0%} links"))
-    return tuple(numbers)
+            prices.append((share, k, wording.share_of(int(curve.n_links[k - 1]), int(curve.n_links[-1]))))
+    return prices
+
+
+def _sentences(curve: PruningCurve) -> tuple[str, ...]:
+    if not len(curve.k):
+        return ("The embedding is empty: there is nothing to prune.",)
+    prices = "; ".join(
+        f"k = {k} keeps {share:.0%} of it with {links} of the links" for share, k, links in _prices(curve)
+    )
+    return (f"Up to {counted(int(curve.k[-1]), 'segment')} end at a place of the covered floor: {prices}.",)

@@ -2,11 +2,12 @@
 
 from collections.abc import Generator
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.weak_spots import Weakness, WeakSpot, WeakSpotSettings, weak_spots_steps
 from ...core.evaluation.why_not import Reason
 from ...core.progress import Progress
-from ...core.report.table import table
+from ...core.report.finding_tables import weak_spots_table
 from ..render.reason_colors import reason_legend
 from .finding import WEAK_SPOTS, Finding, Row
 
@@ -16,17 +17,15 @@ _ICONS = {Weakness.UNREACHED: "CANCEL", Weakness.FEW_WAYS: "ERROR"}
 def weak_spots_finding_steps(embedding: Embedding, settings: WeakSpotSettings) -> Generator[Progress, None, Finding]:
     """The weak spots of an embedding, largest first."""
     found = yield from weak_spots_steps(embedding, settings)
-    columns = ("weakness", "area (m2)", "floor (m2)", "x (m)", "y (m)", "heading (rad)", "share of headings")
-    columns += ("mean variability", "lowest variability", "reason", "share with this reason")
     unreached = sum(spot.area for spot in found.spots if spot.weakness is Weakness.UNREACHED)
     return Finding(
         WEAK_SPOTS,
         embedding,
-        table(columns, [_cells(spot) for spot in found.spots]),
+        weak_spots_table(found),
         numbers=(
-            ("Weak Spots", f"{len(found.spots)} ({found.area:.1f} m²)"),
-            ("Not Reached", f"{unreached:.1f} m²"),
-            ("Few Ways", f"{found.area - unreached:.1f} m²"),
+            ("Weak Spots", f"{len(found.spots):,} ({wording.area(found.area)})"),
+            ("Not Reached", wording.area(unreached)),
+            ("Few Ways", wording.area(found.area - unreached)),
         ),
         rows=tuple(_row(spot) for spot in found.spots),
         sentences=tuple(spot.describe() for spot in found.spots),
@@ -39,19 +38,12 @@ def _row(spot: WeakSpot) -> Row:
     few = spot.weakness is Weakness.FEW_WAYS and spot.reason is Reason.EMBEDDED
     reason = spot.weakness.value if few else reason_legend()[spot.reason.name][0]
     sentence = spot.describe() + "."
-    return Row(f"{spot.area:.1f} m²", f"{x:.1f}, {y:.1f}", reason, sentence, _ICONS[spot.weakness], (x, y), across)
-
-
-def _cells(spot: WeakSpot) -> tuple:
-    return (
-        spot.weakness.value,
-        spot.area,
-        spot.floor_area,
-        *spot.position,
-        spot.heading,
-        spot.heading_share,
-        spot.mean_variability,
-        spot.lowest_variability,
-        spot.reason.name,
-        spot.reason_share,
+    return Row(
+        wording.area(spot.area),
+        f"{x:.1f}, {y:.1f}",
+        reason,
+        sentence,
+        _ICONS[spot.weakness],
+        spot.position,
+        across,
     )

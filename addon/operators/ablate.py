@@ -4,7 +4,7 @@ import bpy
 
 from ...core.evaluation.ablation import Kind
 from ..findings.ablation import ablation_finding_steps
-from ..state import results
+from ..state import embedding_of
 from .asks_embedding import FindsOut
 
 
@@ -17,7 +17,7 @@ class WAYFARER_OT_ablate(FindsOut, bpy.types.Operator):
 
     def steps(self, context):
         kind = Kind[context.scene.wayfarer.evaluation.parts]
-        return ablation_finding_steps(results(context.scene).embedding, kind)
+        return ablation_finding_steps(embedding_of(context.scene), kind)
 
     def summary(self, finding):
         return finding.sentences[0].rstrip(".")

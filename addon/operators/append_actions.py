@@ -1,6 +1,7 @@
 """Get the character's motions out of another .blend file."""
 
 from pathlib import Path
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -48,7 +49,8 @@ class WAYFARER_OT_append_actions(bpy.types.Operator):
             return {"CANCELLED"}
         before = {action.session_uid for action in bpy.data.actions}
         try:
-            with bpy.data.libraries.load(str(path), link=self.link, assets_only=self.assets_only) as (there, here):
+            library: Any = bpy.data.libraries.load(str(path), link=self.link, assets_only=self.assets_only)
+            with library as (there, here):  # the stubs have it return nothing
                 here.actions = list(there.actions)
         except (OSError, RuntimeError) as error:
             self.report({"ERROR"}, f"'{path.name}' cannot be read: {str(error).strip().splitlines()[-1]}")

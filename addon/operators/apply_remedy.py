@@ -9,7 +9,8 @@ from ...core.motion.in_place import with_root_motion
 from ..bridge.read_actions import read_clip
 from ..bridge.write_action import write_clip
 from ..examination import ClipHealth, clip_health
-from ..inputs import action_fingerprint, doctor_settings
+from ..inputs import doctor_settings
+from ..motion_fingerprint import action_fingerprint
 from ..state import health_of, keep_health
 
 
@@ -40,10 +41,11 @@ class WAYFARER_OT_apply_remedy(bpy.types.Operator):
         scene = context.scene
         try:
             remedy = _remedy(scene, self.action, self.finding)
-            if remedy is None:
+            action = bpy.data.actions.get(self.action)
+            health = health_of(scene, action) if action is not None else None
+            if remedy is None or health is None:
                 raise ClipError(f"The action '{self.action}' has changed since it was examined; examine it again.")
-            action = bpy.data.actions[self.action]
-            done = _TREATMENTS[remedy.kind](scene, action, health_of(scene, action), remedy)
+            done = _TREATMENTS[remedy.kind](scene, action, health, remedy)
             _examine(scene, action)
         except MotionGraphError as error:
             self.report({"ERROR"}, str(error))

@@ -1,5 +1,6 @@
 """What operators that ask questions of the embedding have in common."""
 
+from ..advice import stale_advice
 from ..findings.finding import Finding, keep_finding
 from ..jobs import LongOperator
 from ..state import redraw, results
@@ -22,6 +23,11 @@ class AsksEmbedding:
             return True
         return False
 
+    def warn_if_stale(self, scene) -> None:
+        """Say so if something has changed since the embedding was made; last, so that it stays to be read."""
+        for sentence in stale_advice(scene):
+            self.report({"WARNING"}, sentence)
+
 
 class FindsOut(AsksEmbedding, LongOperator):
     """Mixin: ``steps`` return a Finding, which is kept with the scene."""
@@ -31,6 +37,7 @@ class FindsOut(AsksEmbedding, LongOperator):
         # Lists are drawn from it.
         redraw()
         self.report({"INFO"}, self.summary(result))
+        self.warn_if_stale(context.scene)
 
     def summary(self, finding: Finding) -> str:
         """What there is to report, without a full stop."""

@@ -3,7 +3,7 @@
 import bpy
 
 from ..findings.capture import capture_finding_steps
-from ..state import results
+from ..state import results, whole_of
 from .asks_embedding import FindsOut
 
 
@@ -25,7 +25,7 @@ class WAYFARER_OT_direct_capture(FindsOut, bpy.types.Operator):
 
     def steps(self, context):
         n_candidates = context.scene.wayfarer.evaluation.n_candidates
-        return capture_finding_steps(results(context.scene).whole, n_candidates)
+        return capture_finding_steps(whole_of(context.scene), n_candidates)
 
     def summary(self, finding):
         return finding.sentences[0].rstrip(".")

@@ -4,7 +4,8 @@ import bpy
 
 from ...core.evaluation.why_not import lost_links_steps
 from ..jobs import LongOperator
-from ..state import results
+from ..state import embedding_of, results
+from ..text import counted, share_of
 
 
 class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
@@ -20,7 +21,7 @@ class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
         return True
 
     def steps(self, context):
-        embedding = results(context.scene).embedding
+        embedding = embedding_of(context.scene)
         return embedding, (yield from lost_links_steps(embedding))
 
     def apply(self, context, result):
@@ -28,5 +29,7 @@ class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
         results(context.scene).lost_links = embedding, lost
         self.report(
             {"INFO"},
-            f"Of {lost.possible:,} links obstacles block {lost.obstacles:,} and regions forbid {lost.regions:,}",
+            f"Of {counted(lost.possible, 'link')} on an empty ground, obstacles block "
+            f"{share_of(lost.obstacles, lost.possible)} and regions forbid {share_of(lost.regions, lost.possible)}; "
+            f"{share_of(lost.embedded, lost.possible)} are in the embedding",
         )

@@ -28,6 +28,7 @@ class WAYFARER_OT_crowd(NeedsEmbedding, LongOperator, bpy.types.Operator):
             self.report({"WARNING"}, f"{left_out}. {crowd.unserved[0].reason}")
         apart = f", at least {crowd.closest:.2f} m apart" if len(crowd.walks) > 1 else ""
         self.report({"INFO"}, f"{counted(len(crowd.walks), 'walker')}{apart}")
+        self.warn_if_stale(context.scene)
 
 
 class WAYFARER_OT_remove_crowd(bpy.types.Operator):

@@ -5,7 +5,7 @@ import bpy
 from ..advice import embedding_advice
 from ..jobs import LongOperator
 from ..state import results
-from ..text import counted
+from ..text import counted, share
 from ..workflow import embed_scene_steps, keep_embedded
 
 
@@ -36,6 +36,6 @@ class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):
         if embedding.n_nodes > 0:
             self.report(
                 {"INFO"},
-                f"{counted(embedding.n_nodes, 'node')}, {counted(embedding.n_links, 'link')}, {result.share:.0%} of "
+                f"{counted(embedding.n_nodes, 'node')}, {counted(embedding.n_links, 'link')}, {share(result.share)} of "
                 "the free floor covered",
             )

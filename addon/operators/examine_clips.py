@@ -2,9 +2,9 @@
 
 import bpy
 
-from ...core.progress import Progress
+from ...core.progress import Progress, portion
 from ..examination import ClipHealth, clip_health, clip_motions
-from ..inputs import action_fingerprint, doctor_settings, read_character
+from ..inputs import doctor_settings, read_character_steps
 from ..jobs import LongOperator
 from ..state import keep_health, keep_motion
 from ..text import counted
@@ -21,15 +21,15 @@ class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene = context.scene
-        clips, problems = read_character(scene)
         settings = doctor_settings(scene)
-        seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
-        found = {name: ClipHealth(problem=reason) for name, reason in problems}
-        motions = clip_motions(clips)
-        for done, clip in enumerate(clips):
-            yield Progress(done / len(clips), f"Examining {clip.name}")
+        read = yield from portion(read_character_steps(scene), 0.0, 0.3)
+        found = {name: ClipHealth(problem=reason) for name, reason in read.problems}
+        motions = {}
+        for done, clip in enumerate(read.clips):
+            yield Progress(0.3 + 0.7 * done / len(read.clips), f"Examining {clip.name}")
+            motions.update(clip_motions([clip]))
             found[clip.name] = clip_health(clip, settings)
-        return found, seen, motions
+        return found, read.seen, motions
 
     def apply(self, context, result):
         found, seen, motions = result

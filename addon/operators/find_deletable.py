@@ -3,7 +3,7 @@
 import bpy
 
 from ..findings.ablation import deletion_finding_steps
-from ..state import results
+from ..state import embedding_of
 from .asks_embedding import FindsOut
 
 
@@ -14,7 +14,7 @@ class WAYFARER_OT_find_deletable(FindsOut, bpy.types.Operator):
 
     def steps(self, context):
         allowed = context.scene.wayfarer.evaluation.allowed_loss / 100
-        return deletion_finding_steps(results(context.scene).embedding, allowed)
+        return deletion_finding_steps(embedding_of(context.scene), allowed)
 
     def summary(self, finding):
         return finding.sentences[0].rstrip(".")

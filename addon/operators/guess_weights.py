@@ -5,6 +5,7 @@ import bpy
 from ...core.errors import MotionGraphError
 from ...core.motion.joint_roles import joint_weights
 from ..bridge.skeleton import bind_rig
+from ..text import counted
 
 
 class WAYFARER_OT_guess_weights(bpy.types.Operator):
@@ -32,5 +33,5 @@ class WAYFARER_OT_guess_weights(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         settings.graph.set_weights(dict(zip(skeleton.names, weights.tolist(), strict=True)))
-        self.report({"INFO"}, f"{(weights > 0).sum()} of {len(weights)} bones count")
+        self.report({"INFO"}, f"{(weights > 0).sum()} of {counted(len(weights), 'bone')} count when poses are compared")
         return {"FINISHED"}

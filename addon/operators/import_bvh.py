@@ -1,6 +1,7 @@
 """Import a folder of motion capture onto one armature."""
 
 from pathlib import Path
+from typing import cast
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringProperty
@@ -95,7 +96,7 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
         for other in armature.users_collection:
             other.objects.unlink(armature)
         collection.objects.link(armature)
-        armature.data.display_type = "STICK"
+        cast(bpy.types.Armature, armature.data).display_type = "STICK"
         if self.use_body:
             add_body(armature)
         settings = context.scene.wayfarer

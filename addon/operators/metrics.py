@@ -1,11 +1,13 @@
 """Measure how good the embedding is."""
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 
-from ..findings.finding import keep_finding
+from ..findings.finding import Finding, keep_finding
 from ..findings.metrics import measure_steps
-from ..state import results
+from ..state import embedding_of
 from .asks_embedding import FindsOut
 
 
@@ -19,9 +21,12 @@ class WAYFARER_OT_measure(FindsOut, bpy.types.Operator):
 
     def steps(self, context):
         settings = context.scene.wayfarer.evaluation
-        return measure_steps(results(context.scene).embedding, np.random.default_rng(settings.seed), settings.n_pairs)
+        return measure_steps(embedding_of(context.scene), np.random.default_rng(settings.seed), settings.n_pairs)
 
-    def apply(self, context, result):
+    def summary(self, finding):
+        return finding.sentences[0].rstrip(".")
+
+    def apply(self, context, result: Sequence[Finding]):
         numbers, *others = result
         for finding in others:
             keep_finding(context.scene, finding)

@@ -3,7 +3,7 @@
 import bpy
 
 from ..findings.occupancy import occupancy_finding_steps
-from ..state import results
+from ..state import embedding_of
 from .asks_embedding import FindsOut
 
 
@@ -16,4 +16,7 @@ class WAYFARER_OT_find_occupancy(FindsOut, bpy.types.Operator):
     )
 
     def steps(self, context):
-        return occupancy_finding_steps(results(context.scene).embedding)
+        return occupancy_finding_steps(embedding_of(context.scene))
+
+    def summary(self, finding):
+        return finding.sentences[2].rstrip(".")

@@ -2,10 +2,11 @@
 
 import bpy
 
+from ..advice import stale_advice
 from ..jobs import LongOperator
 from ..render.floor import FLOOR_NAME, put_on_floor
 from ..render.viewport import show_colors
-from ..state import keep_painted, results
+from ..state import embedding_of, keep_painted, results
 
 __all__ = ["FLOOR_NAME", "WAYFARER_OT_paint_map"]
 
@@ -26,7 +27,7 @@ class WAYFARER_OT_paint_map(LongOperator, bpy.types.Operator):
         return True
 
     def steps(self, context):
-        embedding, settings = results(context.scene).embedding, context.scene.wayfarer.map
+        embedding, settings = embedding_of(context.scene), context.scene.wayfarer.map
         key, offset = settings.key, settings.offset
         painted = yield from settings.kind.paint_steps(embedding, settings.to_core())
         return embedding, key, offset, painted
@@ -39,3 +40,5 @@ class WAYFARER_OT_paint_map(LongOperator, bpy.types.Operator):
         keep_painted(scene, floor, embedding, key)
         found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
+        for sentence in stale_advice(scene):
+            self.report({"WARNING"}, sentence)

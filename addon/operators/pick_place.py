@@ -3,13 +3,13 @@
 import time
 
 import bpy
-from bpy_extras import view3d_utils
 
 from ...core.evaluation.why_not import why_not_steps
 from ...core.progress import finish
 from ..place_report import PlaceReport, place_report
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
-from ..state import redraw, results
+from ..state import embedding_of, redraw, results
+from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
 
 _SLICE = 0.02
 _TICK = 0.02
@@ -19,7 +19,7 @@ _BESIDE = 18.0
 """Pixels from the mouse to the tooltip, at the interface's usual size."""
 
 
-class WAYFARER_OT_pick_place(bpy.types.Operator):
+class WAYFARER_OT_pick_place(PicksOnFloor, bpy.types.Operator):
     bl_idname = "wayfarer.pick_place"
     bl_label = "Pick Place"
     bl_description = (
@@ -27,6 +27,7 @@ class WAYFARER_OT_pick_place(bpy.types.Operator):
         "character cannot go there. A click keeps them in the panel; Esc or a right click ends"
     )
     bl_options = {"REGISTER", "UNDO"}
+    picking_cursor = "EYEDROPPER"
 
     location: bpy.props.FloatVectorProperty(
         name="Location",
@@ -46,68 +47,40 @@ class WAYFARER_OT_pick_place(bpy.types.Operator):
 
     def execute(self, context):
         scene = context.scene
-        embedding = results(scene).embedding
+        embedding = embedding_of(scene)
         report = place_report(embedding, *self.location, reasons=finish(why_not_steps(embedding)))
         if report is None:
-            self.report({"ERROR"}, "That place is beside the ground")
+            self.report({"ERROR"}, "That place is beside the ground; choose one on it")
             return {"CANCELLED"}
         self._keep(scene, report)
         return {"FINISHED"}
 
-    def invoke(self, context, event):
-        if bpy.app.background or context.window is None:
-            return self.execute(context)
-        if context.area is None or context.area.type != "VIEW_3D":
-            self.report({"ERROR"}, "Start this in a 3D viewport")
-            return {"CANCELLED"}
+    def begin(self, context):
         self._embedding, self._reasons, self._work = None, None, None
         self._report: PlaceReport | None = None
         self._lines: list[str] = []
         # The pointer is compared, never followed.
-        self._mouse, self._area, self._running = (0, 0), context.area.as_pointer(), True
+        self._mouse, self._area = (0, 0), context.area.as_pointer()
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         self._handle = bpy.types.SpaceView3D.draw_handler_add(guarded(self._draw), (), "WINDOW", "POST_PIXEL")
-        context.window.cursor_modal_set("EYEDROPPER")
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
-        try:
-            return self._modal(context, event)
-        except BaseException:
-            # Not handled here, but cursor, timer and drawing must not outlive the operator.
-            self._stop(context)
-            raise
-
-    def _modal(self, context, event):
-        if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            self._stop(context)
-            return {"CANCELLED"}
+    def handle(self, context, event):
         embedding = results(context.scene).embedding
-        # Another editor may have taken the viewport's place.
-        if embedding is None or context.area is None or context.area.type != "VIEW_3D":
-            self._stop(context)
+        if embedding is None:
+            self.stop(context)
             return {"CANCELLED"}
         if event.type == "TIMER":
             self._find_reasons(embedding)
-            return {"PASS_THROUGH"}
-        if event.type == "MOUSEMOVE":
+        elif event.type == "MOUSEMOVE":
             self._look(context, event, embedding)
-            return {"PASS_THROUGH"}
-        if event.type == "LEFTMOUSE" and event.value == "PRESS":
-            if viewport_under(context, event) is None:
-                # A click on the sidebar, or on another editor.
-                return {"PASS_THROUGH"}
+        # A click on the sidebar, or on another editor, is theirs.
+        elif clicked(event) and viewport_under(context, event) is not None:
             self._look(context, event, embedding)
             if self._report is not None:
                 self._keep(context.scene, self._report)
                 redraw()
             return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
-
-    def cancel(self, context):
-        """Called by Blender when it ends the operator itself, for example on opening another file."""
-        self._stop(context)
 
     def _find_reasons(self, embedding) -> None:
         """A slice of the work on the reasons; the other numbers do not wait for it."""
@@ -153,14 +126,9 @@ class WAYFARER_OT_pick_place(bpy.types.Operator):
         y = max(self._mouse[1] - _BESIDE * scale - box.height, 0.0)
         draw_box(box, x, y, BoxTheme.of(context.preferences))
 
-    def _stop(self, context) -> None:
-        if not self._running:
-            return
-        self._running = False
+    def end(self, context):
         bpy.types.SpaceView3D.draw_handler_remove(self._handle, "WINDOW")
         context.window_manager.event_timer_remove(self._timer)
-        context.window.cursor_modal_restore()
-        context.workspace.status_text_set(None)
         redraw()
 
 
@@ -170,27 +138,3 @@ def tip_box(lines: list[str], scale: float) -> Box:
     for number, line in enumerate(lines):
         box.text(line.strip(), indent=10.0 * scale if line.startswith(" ") else 0.0, size=0.95, faint=number > 1)
     return box.done()
-
-
-def ground_under(region, view, mouse, height: float) -> tuple[float, float] | None:
-    """World x, y (m) of the ground, at ``height`` (m), under the mouse (pixels in the region); None in the sky."""
-    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
-    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
-    if abs(direction.z) < 1e-9:
-        return None
-    distance = (height - origin.z) / direction.z
-    if distance < 0 and view.is_perspective:
-        return None
-    place = origin + distance * direction
-    return place.x, place.y
-
-
-def viewport_under(context, event):
-    """The viewport's main region under the mouse; None over its sidebar and toolbars, and elsewhere."""
-    for kind in ("UI", "TOOLS", "HEADER", "TOOL_HEADER", "WINDOW"):
-        for region in context.area.regions:
-            if region.type == kind and region.width > 1:
-                x, y = event.mouse_x - region.x, event.mouse_y - region.y
-                if 0 <= x < region.width and 0 <= y < region.height:
-                    return region if kind == "WINDOW" else None
-    return None

@@ -7,8 +7,8 @@ from ..findings.pruning import pruning_finding
 from ..jobs import LongOperator
 from ..pruned_embedding import keep_pruning
 from ..pruning import prune_steps
-from ..state import results
-from ..text import counted
+from ..state import whole_of
+from ..text import amount, area, counted, share_of
 from .asks_embedding import AsksEmbedding
 
 
@@ -21,7 +21,7 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
     )
 
     def steps(self, context):
-        return prune_steps(results(context.scene).whole, context.scene.wayfarer.tuning.to_settings())
+        return prune_steps(whole_of(context.scene), context.scene.wayfarer.tuning.to_settings())
 
     def apply(self, context, result):
         scene = context.scene
@@ -30,12 +30,15 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
             self.report({"WARNING"}, result.sentences[0])
         if result.after.nodes == 0:
             self.report({"WARNING"}, "Nothing is left: allow more segments, or restore the embedding")
+        keep_pruning(scene, result)
         if result.pruned is result.whole:
             self.report({"INFO"}, "Nothing has to go: the embedding stays whole")
-        keep_pruning(scene, result)
-        share = result.after.links / max(result.before.links, 1)
-        self.report(
-            {"INFO"},
-            f"{counted(result.after.nodes, 'node')} and {counted(result.after.links, 'link')} ({share:.1%}) are left, "
-            f"{result.after.floor:.1f} of {result.before.floor:.1f} m² of the floor",
-        )
+        else:
+            before, after = result.before, result.after
+            self.report(
+                {"INFO"},
+                f"Left of the embedding: {share_of(after.nodes, before.nodes)} of the nodes, "
+                f"{share_of(after.links, before.links)} of the links ({counted(after.links, 'link')}), "
+                f"{amount(after.floor)} of {area(before.floor)} of covered floor",
+            )
+        self.warn_if_stale(scene)

@@ -6,8 +6,8 @@ from ...core.progress import Progress, portion
 from ..advice import start_advice
 from ..jobs import LongOperator
 from ..properties import WalkStyle
-from ..state import results
-from ..text import counted
+from ..state import embedding_of, results
+from ..text import counted, time
 from ..walks.baking import bake_motion
 from ..walks.motion import motion_steps, read_motion_request
 from ..walks.planning import walk_steps
@@ -32,7 +32,7 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
     def steps(self, context):
         request = read_request(context)
         motion_request = read_motion_request(context.scene, closed=request.style is WalkStyle.LOOP)
-        embedding = results(context.scene).embedding
+        embedding = embedding_of(context.scene)
         walk = yield from portion(walk_steps(embedding, request), 0.0, 0.5)
         motion = yield from portion(motion_steps(walk, motion_request), 0.5, 0.9)
         yield Progress(0.9, "Baking")
@@ -48,5 +48,7 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
         slide = f", feet slide {100 * motion.after.mean_slide:.1f} cm/s" if motion.after.feet else ""
         self.report(
             {"INFO"},
-            f"{walk.duration:.1f} s, {numbers['walk_length']:.1f} m, {counted(len(walk), 'segment')}{slide}",
+            f"A walk of {time(walk.duration)} over {numbers['walk_length']:.1f} m, "
+            f"{counted(len(walk), 'segment')}{slide}",
         )
+        self.warn_if_stale(context.scene)

@@ -9,7 +9,7 @@ from ..query import query_steps
 from ..render.floor import put_on_floor
 from ..render.maps.query import NAME, paint_query
 from ..render.viewport import show_colors
-from ..state import keep_painted, results
+from ..state import embedding_of, keep_painted, results
 from .asks_embedding import AsksEmbedding
 
 
@@ -23,7 +23,7 @@ class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
 
     def steps(self, context):
         settings = context.scene.wayfarer
-        embedding, options = results(context.scene).embedding, settings.map.to_core()
+        embedding, options = embedding_of(context.scene), settings.map.to_core()
         field = yield from query_steps(embedding, options.query)
         return reach_finding(field, options.query), paint_query(field, options)
 
@@ -38,3 +38,4 @@ class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
         keep_painted(scene, floor, embedding, settings.key)
         found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
+        self.warn_if_stale(scene)

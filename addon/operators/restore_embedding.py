@@ -3,7 +3,7 @@
 import bpy
 
 from ..pruned_embedding import restore_whole
-from ..state import results
+from ..state import embedding_of, results
 from ..text import counted
 
 
@@ -22,6 +22,9 @@ class WAYFARER_OT_restore_embedding(bpy.types.Operator):
 
     def execute(self, context):
         restore_whole(context.scene)
-        embedding = results(context.scene).embedding
-        self.report({"INFO"}, f"{counted(embedding.n_nodes, 'node')} and {counted(embedding.n_links, 'link')} again")
+        embedding = embedding_of(context.scene)
+        self.report(
+            {"INFO"},
+            f"{counted(embedding.n_nodes, 'node')} and {counted(embedding.n_links, 'link')}, as before pruning",
+        )
         return {"FINISHED"}

@@ -23,12 +23,14 @@ class WAYFARER_OT_show_chart(bpy.types.Operator):
 
     def execute(self, context):
         if find_finding(context.scene, self.finding) is None:
-            self.report({"ERROR"}, f"'{TITLES[self.finding]}' has not been found out yet")
+            self.report({"ERROR"}, f"'{TITLES[self.finding]}' has not been found out yet; press its button first")
             return {"CANCELLED"}
         image = show_chart(context.scene, self.finding)
         if image is None:
             self.report({"ERROR"}, f"'{TITLES[self.finding]}' has nothing to draw")
             return {"CANCELLED"}
         shown = show_in_editor(context, image)
-        self.report({"INFO"}, f"'{image.name}'" + ("" if shown else "; open an Image Editor to see it"))
+        self.report(
+            {"INFO"}, f"The chart is the image '{image.name}'" + ("" if shown else "; open an Image Editor to see it")
+        )
         return {"FINISHED"}

@@ -3,8 +3,8 @@
 import bpy
 
 from ...core.motion.contacts import foot_contacts
-from ...core.progress import Progress
-from ..inputs import action_fingerprint, read_character
+from ...core.progress import Progress, portion
+from ..inputs import read_character_steps
 from ..jobs import LongOperator
 from ..render.contact_strip import ClipContacts, contact_strip, show_in_image
 from ..state import keep_contacts
@@ -24,14 +24,13 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene = context.scene
-        clips, _ = read_character(scene)
         settings = scene.wayfarer.contacts.to_core(scene.wayfarer.character)
-        seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
+        read = yield from portion(read_character_steps(scene), 0.0, 0.5)
         found = []
-        for done, clip in enumerate(clips):
-            yield Progress(done / len(clips), f"Watching the feet of {clip.name}")
+        for done, clip in enumerate(read.clips):
+            yield Progress(0.5 + 0.5 * done / len(read.clips), f"Watching the feet of {clip.name}")
             found.append(ClipContacts(clip.name, clip.frame_rate, foot_contacts(clip, settings)))
-        return found, seen
+        return found, read.seen
 
     def apply(self, context, result):
         found, seen = result

@@ -6,7 +6,7 @@ from ..findings.finding import PRUNING_CURVE
 from ..findings.pruning import pruning_curve_finding_steps
 from ..render.finding_charts import show_chart
 from ..render.image_editor import show_in_editor
-from ..state import results
+from ..state import whole_of
 from .asks_embedding import FindsOut
 
 
@@ -19,10 +19,13 @@ class WAYFARER_OT_sweep_pruning(FindsOut, bpy.types.Operator):
     )
 
     def steps(self, context):
-        return pruning_curve_finding_steps(results(context.scene).whole)
+        return pruning_curve_finding_steps(whole_of(context.scene))
+
+    def summary(self, finding):
+        return finding.sentences[0].rstrip(".")
 
     def apply(self, context, result):
         super().apply(context, result)
         image = show_chart(context.scene, PRUNING_CURVE)
-        if not show_in_editor(context, image):
+        if image is not None and not show_in_editor(context, image):
             self.report({"INFO"}, f"The chart is the image '{image.name}'; open an Image Editor to see it")

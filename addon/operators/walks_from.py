@@ -9,10 +9,11 @@ from ...core.progress import Progress, portion
 from ..advice import start_advice
 from ..jobs import LongOperator
 from ..properties import WalkStyle
-from ..render.walk_fan import draw_walk_fan, remove_walk_fan
-from ..scene_collections import OUTPUT, ensure_collection
-from ..state import results
-from ..text import counted
+from ..render.walk_fan import draw_walk_fan, remove_walk_fan, walk_fan
+from ..scene_collections import OUTPUT, ensure_collection, find_collection
+from ..state import embedding_of, results
+from ..text import counted, time
+from ..text import place as place_words
 from .asks_embedding import AsksEmbedding
 
 
@@ -31,7 +32,7 @@ class WAYFARER_OT_walks_from(AsksEmbedding, LongOperator, bpy.types.Operator):
     )
 
     def steps(self, context):
-        settings, embedding = context.scene.wayfarer.queries, results(context.scene).embedding
+        settings, embedding = context.scene.wayfarer.queries, embedding_of(context.scene)
         rng, place = np.random.default_rng(settings.seed), tuple(self.location)
         n_walks, duration, style = settings.n_walks, settings.duration, WalkStyle[settings.style]
         walking = wandering_walk_steps if style is WalkStyle.WANDER else random_walk_steps
@@ -51,7 +52,9 @@ class WAYFARER_OT_walks_from(AsksEmbedding, LongOperator, bpy.types.Operator):
         if advice:
             self.report({"WARNING"}, advice)
         x, y = walks[0].root_path[0, :2]
-        self.report({"INFO"}, f"{counted(len(walks), 'walk')} of {walks[0].duration:.1f} s from {x:.1f}, {y:.1f} m")
+        longest = max(walk.duration for walk in walks)
+        self.report({"INFO"}, f"{counted(len(walks), 'walk')} of up to {time(longest)} from {place_words(x, y)}")
+        self.warn_if_stale(context.scene)
 
 
 class WAYFARER_OT_clear_walks_from(bpy.types.Operator):
@@ -60,7 +63,15 @@ class WAYFARER_OT_clear_walks_from(bpy.types.Operator):
     bl_description = "Remove the curves of the walks that start at a place"
     bl_options = {"REGISTER", "UNDO"}
 
+    @classmethod
+    def poll(cls, context):
+        collection = find_collection(context.scene, OUTPUT)
+        if collection is None or not walk_fan(collection):
+            cls.poll_message_set("No walks are drawn")
+            return False
+        return True
+
     def execute(self, context):
-        removed = remove_walk_fan(ensure_collection(context.scene, OUTPUT))
+        removed = remove_walk_fan(find_collection(context.scene, OUTPUT))
         self.report({"INFO"}, f"{counted(removed, 'curve')} removed")
-        return {"FINISHED"} if removed else {"CANCELLED"}
+        return {"FINISHED"}

@@ -3,7 +3,8 @@
 import bpy
 
 from ..findings.weak_spots import weak_spots_finding_steps
-from ..state import results
+from ..state import embedding_of
+from ..text import counted
 from .asks_embedding import FindsOut
 
 
@@ -17,4 +18,9 @@ class WAYFARER_OT_find_weak_spots(FindsOut, bpy.types.Operator):
 
     def steps(self, context):
         settings = context.scene.wayfarer.evaluation.weak_spots()
-        return weak_spots_finding_steps(results(context.scene).embedding, settings)
+        return weak_spots_finding_steps(embedding_of(context.scene), settings)
+
+    def summary(self, finding):
+        if not finding.sentences:
+            return "There are no weak spots"
+        return f"{counted(len(finding.sentences), 'weak spot')}; the largest: {finding.sentences[0]}"

@@ -60,4 +60,5 @@ class WAYFARER_OT_write_report(AsksEmbedding, LongOperator, bpy.types.Operator):
         files = write_report(folder, result)
         if self.open_page and not bpy.app.background:
             bpy.ops.wm.url_open(url=files[0].resolve().as_uri())
-        self.report({"INFO"}, f"'{files[0]}' and {counted(len(files) - 1, 'file')} beside it")
+        self.report({"INFO"}, f"Wrote '{files[0]}' and {counted(len(files) - 1, 'file')} beside it")
+        self.warn_if_stale(context.scene)

@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import blf
 import bpy
@@ -59,7 +60,7 @@ def contact_strip(clips: Sequence[ClipContacts]) -> np.ndarray:
     step = 2 * _ROW + 1 + _GAP
     height = 2 * _MARGIN + step * len(clips) - _GAP
     # The highest row first while drawing.
-    picture = np.tile(np.float32((*_BACKGROUND, 1.0)), (height, width, 1))
+    picture = np.tile(np.array((*_BACKGROUND, 1.0), np.float32), (height, width, 1))
     for second in range(int(longest) + 1):
         picture[_MARGIN // 2 : -_MARGIN // 2, _NAMES_WIDTH + int(second * scale), :3] = _SECOND
     for place, clip in enumerate(clips):
@@ -69,12 +70,12 @@ def contact_strip(clips: Sequence[ClipContacts]) -> np.ndarray:
         shown = clip.planted[frame_of.astype(int)]
         for side, color in enumerate((LEFT, RIGHT)):
             row = top + side * (_ROW + 1)
-            colors = np.where(shown[:, side, None], np.float32(color), np.float32(_LIFTED))
+            colors = np.where(shown[:, side, None], np.array(color, np.float32), np.array(_LIFTED, np.float32))
             picture[row : row + _ROW, _NAMES_WIDTH : _NAMES_WIDTH + n_columns, :3] = colors
     names = [(clip.name, height - (_MARGIN + place * step + _ROW + 5)) for place, clip in enumerate(clips)]
     picture = picture[::-1].copy()
     shade = _names_shade(names, width, height)
-    picture[..., :3] += shade * (np.float32(_TEXT) - picture[..., :3])
+    picture[..., :3] += shade * (np.array(_TEXT, np.float32) - picture[..., :3])
     return picture
 
 
@@ -98,7 +99,8 @@ def _names_shade(names: Sequence[tuple[str, int]], width: int, height: int) -> n
     buffer = imbuf.new((width, height))
     blf.size(_FONT, _FONT_SIZE)
     blf.color(_FONT, 1.0, 1.0, 1.0, 1.0)
-    with blf.bind_imbuf(_FONT, buffer):
+    drawing: Any = blf.bind_imbuf(_FONT, buffer)  # the stubs have it return nothing
+    with drawing:
         for name, baseline in names:
             blf.position(_FONT, _MARGIN, baseline, 0)
             blf.draw_buffer(_FONT, _fitting(name, _NAMES_WIDTH - 2 * _MARGIN))

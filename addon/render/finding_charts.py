@@ -1,6 +1,6 @@
 """Findings as charts, drawn from the tables that are kept with the scene."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..findings.finding import (
     find_finding,
     table_of,
 )
+from ..text import place
 from .raster import show_image
 
 _BARS = 40
@@ -27,40 +28,47 @@ _BARS = 40
 _WIDTH = 640
 
 
-def _bars(title: str, unit: str, names, values) -> Drawing:
-    return bar_chart(title, unit, list(names)[:_BARS], list(values)[:_BARS], _WIDTH)
+def _bars(title: str, unit: str, names: Sequence[str], values: Sequence[float]) -> Drawing:
+    return bar_chart(title, unit, names[:_BARS], values[:_BARS], _WIDTH)
+
+
+def _words(found: Table, column: int = 0) -> list[str]:
+    return [str(row[column]) for row in found.rows]
+
+
+def _numbers(found: Table, column: int) -> list[float]:
+    return np.array([row[column] for row in found.rows], dtype=float).tolist()
 
 
 def _actions(found: Table) -> Drawing:
-    rows = sorted(found.rows, key=lambda row: -row[2])
-    return _bars("Where clips can begin", "% of the floor", [r[0] for r in rows], [100 * r[2] for r in rows])
+    rows = sorted(zip(_words(found), _numbers(found, 2), strict=True), key=lambda row: -row[1])
+    return _bars("Where clips can begin", "% of the floor", [clip for clip, _ in rows], [100 * x for _, x in rows])
 
 
 def _weak_spots(found: Table) -> Drawing:
-    names = [f"{row[0].lower()} at {row[3]:.1f}, {row[4]:.1f} m" for row in found.rows]
-    return _bars("Weak spots", "m²", names, [row[1] for row in found.rows])
+    places = zip(_words(found), _numbers(found, 3), _numbers(found, 4), strict=True)
+    names = [f"{kind.lower()} at {place(x, y)}" for kind, x, y in places]
+    return _bars("Weak spots", "m²", names, _numbers(found, 1))
 
 
 def _ablation(found: Table) -> Drawing:
-    kind = found.rows[0][1]
-    return _bars(f"Lost without the {kind}", "m²", [r[0] for r in found.rows], [max(r[2], 0.0) for r in found.rows])
+    kind = _words(found, 1)[0]
+    return _bars(f"Lost without the {kind}", "m²", _words(found), [max(lost, 0.0) for lost in _numbers(found, 2)])
 
 
 def _capture(found: Table) -> Drawing:
-    names = [row[0] for row in found.rows]
-    if any(row[4] > 0 for row in found.rows):
-        return _bars("What one more motion would open", "m²", names, [row[4] for row in found.rows])
-    unit = "positions and headings"
-    return _bars("What one more motion would open", unit, names, [row[5] for row in found.rows])
+    opened, unit = _numbers(found, 4), "m²"
+    if max(opened) <= 0:
+        opened, unit = _numbers(found, 5), "positions and headings"
+    return _bars("What one more motion would open", unit, _words(found), opened)
 
 
 def _occupancy(found: Table) -> Drawing:
-    names, shares = [row[0] for row in found.rows], [100 * row[1] for row in found.rows]
-    return _bars("What random walkers play", "% of the time", names, shares)
+    return _bars("What random walkers play", "% of the time", _words(found), [100 * x for x in _numbers(found, 1)])
 
 
 def _reach(found: Table) -> Drawing:
-    return _bars("Floor within reach", "m²", [f"{row[0]:g} s" for row in found.rows], [row[1] for row in found.rows])
+    return _bars("Floor within reach", "m²", [f"{limit:g} s" for limit in _numbers(found, 0)], _numbers(found, 1))
 
 
 def _pruning_curve(found: Table) -> Drawing:

@@ -1,7 +1,9 @@
 """The painted floor of a scene, with its legend."""
 
 import json
+from typing import cast
 
+import bpy
 import numpy as np
 
 from ...core.errors import SceneError
@@ -24,7 +26,7 @@ def put_on_floor(scene, grid, ground_height: float, offset: float, painted: Pain
     """
     nx, ny, _ = grid.shape
     earlier = find_floor(scene)
-    if earlier is not None and earlier.data.is_editmode:
+    if earlier is not None and cast(bpy.types.Mesh, earlier.data).is_editmode:
         raise SceneError(f"The floor '{earlier.name}' is being edited; leave Edit Mode, so that it can be painted.")
     above = max(offset, _APART * float(np.hypot(*grid.size)))
     collection = ensure_collection(scene, OUTPUT)

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.environment.environment import Environment
+from ...core.embedding.embedding import Embedding
+from ...core.evaluation.floor import ruled_cells
 from ...core.report.color_scale import GREYS
 from ...core.report.floor_colors import (
     BLOCKED,
@@ -15,7 +16,6 @@ from ...core.report.floor_colors import (
     WALK,
     lightest_value,
     lightness,
-    ruled_cells,
 )
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ __all__ = [
     "lightness",
     "linear",
     "opaque_map",
-    "ruled_cells",
     "scaled_colors",
 ]
 
@@ -59,15 +58,15 @@ def opaque_map(srgb: np.ndarray) -> np.ndarray:
     return np.concatenate([linear(srgb), np.ones((*srgb.shape[:2], 1))], axis=2)
 
 
-def scaled_colors(share: np.ndarray, present: np.ndarray, environment: Environment, scale: "Scale") -> np.ndarray:
+def scaled_colors(share: np.ndarray, present: np.ndarray, embedding: Embedding, scale: "Scale") -> np.ndarray:
     """(nx, ny, 4) linear RGBA for the floor.
 
     ``share`` is (nx, ny), from 0 to 1: where on the scale each cell lies that is ``present`` (nx, ny). The others are
     out of reach, ruled or blocked.
     """
-    colors = scale.colors(share)
+    colors, environment = scale.colors(share), embedding.environment
     free = environment.free_cells()
     colors[~present & free] = scale.unreached
-    colors[~present & free & ruled_cells(environment)] = scale.ruled
+    colors[~present & ruled_cells(environment, embedding.unrolling.sweep.classes)] = scale.ruled
     colors[~present & ~free] = scale.blocked
     return opaque_map(colors)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 
@@ -37,14 +38,13 @@ def draw_map(path: Path, shown: MapScene, title: str, notes: list[str], highest:
         scene = picture.scene
         scene.render.engine = "BLENDER_WORKBENCH"
         scene.render.film_transparent = False
-        scene.display.shading.light = "FLAT"
-        scene.display.shading.color_type = "VERTEX"
-        scene.display.shading.show_object_outline = False
-        scene.display.shading.background_type = "VIEWPORT"
-        scene.display.shading.background_color = opaque(_BACKGROUND)[:3]
+        display: Any = scene.display
+        display.render_aa, display.shading.light, display.shading.color_type = "16", "FLAT", "VERTEX"
+        display.shading.show_object_outline = False
+        display.shading.background_type = "VIEWPORT"
+        display.shading.background_color = opaque(_BACKGROUND)[:3]
         scene.world = bpy.data.worlds.new("Wayfarer Picture")
         scene.world.color = opaque(_BACKGROUND)[:3]
-        scene.display.render_aa = "16"
         picture.show([shown.floor, *shown.obstacles, *shown.regions, shown.walk])
 
         width, depth = shown.high[0] - shown.low[0], shown.high[1] - shown.low[1]
@@ -70,11 +70,11 @@ def draw_map(path: Path, shown: MapScene, title: str, notes: list[str], highest:
         legend.scale_bar()
 
         camera = picture.camera()
-        camera.data.type = "ORTHO"
-        camera.data.clip_end = 1000.0
+        lens = cast(bpy.types.Camera, camera.data)
+        lens.type, lens.clip_end = "ORTHO", 1000.0
         full_width, full_depth = width + legend_width + 2 * border, depth + 2 * border
         aspect = full_width / full_depth
-        camera.data.ortho_scale = max(full_width, full_depth)
+        lens.ortho_scale = max(full_width, full_depth)
         camera.location = (
             shown.low[0] - border + full_width / 2,
             shown.low[1] - border + full_depth / 2,

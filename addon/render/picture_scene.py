@@ -4,11 +4,12 @@ import contextlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
+from ..versions import keep_material_colors
 from .map_colors import linear
-from .material_colors import keep_material_colors
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class PictureScene:
 def picture_scene(name: str) -> Iterator[PictureScene]:
     """A new scene that shows colours as they are; it and all that was added to it are removed at the end."""
     scene = bpy.data.scenes.new(name)
-    scene.view_settings.view_transform = "Standard"
+    settings: Any = scene.view_settings
+    settings.view_transform = "Standard"
     try:
         yield PictureScene(scene)
     finally:

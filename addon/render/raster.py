@@ -4,6 +4,7 @@ import os
 import tempfile
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import blf
 import bpy
@@ -99,7 +100,8 @@ def _write(pixels: np.ndarray, labels: list[Label], upright: bool) -> None:
     rows, columns, _ = pixels.shape
     buffer = imbuf.new((columns, rows))
     inks = np.zeros((rows, columns, 3), dtype=np.float32)
-    with blf.bind_imbuf(_FONT, buffer):
+    drawing: Any = blf.bind_imbuf(_FONT, buffer)  # the stubs have it return nothing
+    with drawing:
         blf.color(_FONT, 1.0, 1.0, 1.0, 1.0)
         for label in labels:
             blf.size(_FONT, label.size * _OVERSAMPLED)
@@ -125,7 +127,8 @@ def _red(buffer) -> np.ndarray:
         imbuf.write(buffer, filepath=path)
         image = bpy.data.images.load(path)
         try:
-            image.colorspace_settings.name = "Non-Color"
+            colorspace: Any = image.colorspace_settings
+            colorspace.name = "Non-Color"
             pixels = np.empty(rows * columns * 4, dtype=np.float32)
             image.pixels.foreach_get(pixels)
         finally:

@@ -6,17 +6,13 @@ from ...core.environment.environment import Environment
 from ...core.environment.grid import SUBDIVISION
 from ...core.environment.regions import RegionRule
 from ...core.evaluation.why_not import Reason
-from .map_colors import opaque_map, ruled_cells
-
-RULE = "RULE"
-"""Name of what the core has no reason for: a region's rule must be kept to cross here, and no segment ends in it."""
-
-_RULE = len(Reason)
+from .map_colors import opaque_map
 
 # sRGB, after Okabe and Ito's palette for all kinds of colour vision; lightness differs, too.
 _COLORS = {
     Reason.EMBEDDED: (0.88, 0.88, 0.87),
     Reason.BLOCKED: (0.07, 0.08, 0.10),
+    Reason.RULE: (0.40, 0.15, 0.00),
     Reason.FORBIDDEN: (0.94, 0.89, 0.26),
     Reason.NO_WAY_OUT: (0.84, 0.37, 0.00),
     Reason.NO_WAY_IN: (0.00, 0.36, 0.62),
@@ -24,10 +20,10 @@ _COLORS = {
     Reason.OTHER_COMPONENT: (0.00, 0.62, 0.45),
     Reason.UNREACHABLE: (0.45, 0.45, 0.47),
 }
-_RULE_COLOR = (0.40, 0.15, 0.00)
 _LABELS = {
     Reason.EMBEDDED: "Can Go Here",
     Reason.BLOCKED: "Too Near an Obstacle",
+    Reason.RULE: "Crossed by a Region's Rule",
     Reason.FORBIDDEN: "Forbidden by Regions",
     Reason.NO_WAY_OUT: "No Way Out",
     Reason.NO_WAY_IN: "No Way In",
@@ -37,29 +33,21 @@ _LABELS = {
 }
 
 
-def floor_reasons(reasons: np.ndarray, environment: Environment | None = None) -> np.ndarray:
+def floor_reasons(reasons: np.ndarray) -> np.ndarray:
     """(nx, ny) uint8 :class:`Reason` of each cell, from those of its headings (nx, ny, n_headings).
 
-    EMBEDDED if any heading is; otherwise the most common one, and of equally common ones the first. With an
-    ``environment``, free cells under a region's rule have that as their reason, the number after the last ``Reason``:
-    whoever stops in the middle of a step has no way out, but what the artist wants to hear of is the step.
+    EMBEDDED if any heading is; otherwise the most common one, and of equally common ones the first.
     """
     counts = np.stack([(reasons == reason).sum(axis=2) for reason in Reason], axis=2)
     most = counts.argmax(axis=2)
     embedded = counts[..., Reason.EMBEDDED] > 0
-    floor = np.where(embedded, int(Reason.EMBEDDED), most).astype(np.uint8)
-    if environment is not None:
-        floor[ruled_cells(environment) & ~embedded & (floor != Reason.BLOCKED)] = _RULE
-    return floor
+    return np.where(embedded, int(Reason.EMBEDDED), most).astype(np.uint8)
 
 
 def rule_labels(environment: Environment) -> str:
-    """What the environment's regions ask for, if they all ask for the same."""
-    rules = {(r.rule, r.tag) for r in environment.regions if r.rule is not RegionRule.CONFINE}
-    if len(rules) != 1:
-        return "Crossed by a Region's Rule"
-    rule, tag = rules.pop()
-    return f"Crossed by '{tag}' Only" if rule is RegionRule.REQUIRE else f"Crossed Without '{tag}' Only"
+    """What the environment's regions require, if they all require the same."""
+    tags = {region.tag for region in environment.regions if region.rule is RegionRule.REQUIRE}
+    return f"Crossed by '{tags.pop()}' Only" if len(tags) == 1 else _LABELS[Reason.RULE]
 
 
 def place_reason(reason: Reason, environment: Environment, x: int, y: int) -> str:
@@ -67,7 +55,7 @@ def place_reason(reason: Reason, environment: Environment, x: int, y: int) -> st
     middle = SUBDIVISION // 2
     at = x * SUBDIVISION + middle, y * SUBDIVISION + middle
     rules = [r for r in environment.regions if r.rule is not RegionRule.CONFINE and r.mask[at]]
-    if rules and reason not in (Reason.EMBEDDED, Reason.BLOCKED):
+    if rules and reason in (Reason.RULE, Reason.FORBIDDEN):
         words = [f"'{r.tag}' {'only' if r.rule is RegionRule.REQUIRE else 'not'} ({r.name})" for r in rules]
         return f"Rule of the region: {', '.join(words)}"
     return _LABELS[reason]
@@ -75,18 +63,16 @@ def place_reason(reason: Reason, environment: Environment, x: int, y: int) -> st
 
 def reason_colors(floor: np.ndarray) -> np.ndarray:
     """(nx, ny, 4) linear RGBA for the floor, from (nx, ny) reasons."""
-    table = np.array([*(_COLORS[reason] for reason in Reason), _RULE_COLOR])
+    table = np.array([_COLORS[reason] for reason in Reason])
     return opaque_map(table[floor])
 
 
 def reason_legend() -> dict[str, tuple[str, tuple[float, float, float]]]:
     """Label and sRGB colour of each reason, by its name."""
-    legend = {reason.name: (_LABELS[reason], _COLORS[reason]) for reason in Reason}
-    return legend | {RULE: ("Crossed by a Region's Rule", _RULE_COLOR)}
+    return {reason.name: (_LABELS[reason], _COLORS[reason]) for reason in Reason}
 
 
 def reason_shares(floor: np.ndarray) -> dict[str, float]:
     """The share (0 to 1) of the floor that each reason has, by its name; those without any left out."""
-    names = [*(reason.name for reason in Reason), RULE]
-    counts = np.bincount(floor.ravel(), minlength=len(names))
-    return {name: float(count / floor.size) for name, count in zip(names, counts.tolist(), strict=True) if count}
+    counts = np.bincount(floor.ravel(), minlength=len(Reason)).tolist()
+    return {reason.name: float(counts[reason] / floor.size) for reason in Reason if counts[reason]}

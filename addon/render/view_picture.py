@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
 from ..bridge.write_colors import ATTRIBUTE
+from ..versions import node_tree
 from .map_picture import MapScene
 from .picture_scene import PictureScene, opaque, picture_scene
 
@@ -62,7 +64,7 @@ def draw_view(path: Path, shown: MapScene, bodies: Sequence, frames: Sequence[in
         _light(picture, shown)
         aim(picture.camera(), shown)
         picture.scene.render.engine = "CYCLES"
-        cycles = picture.scene.cycles
+        cycles: Any = picture.scene.cycles
         cycles.samples, cycles.max_bounces = _SAMPLES, 3
         # Few samples and a quick filter: seconds on a processor instead of minutes.
         cycles.use_denoising, cycles.denoising_quality, cycles.denoising_prefilter = True, "FAST", "FAST"
@@ -74,9 +76,8 @@ def _add_lit_floor(picture: PictureScene, floor) -> None:
     copy = picture.add("Floor", floor.data)
     copy.matrix_world = floor.matrix_world
     material = bpy.data.materials.get("Wayfarer Map Lit") or bpy.data.materials.new("Wayfarer Map Lit")
-    if material.node_tree is None:  # before 5.0 nodes were optional
-        material.use_nodes = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
+    tree = node_tree(material)
+    nodes, links = tree.nodes, tree.links
     nodes.clear()
     output, shader = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeBsdfDiffuse")
     color = nodes.new("ShaderNodeVertexColor")
@@ -93,9 +94,8 @@ def _light(picture: PictureScene, shown: MapScene) -> None:
     picture.add("Sun", sun).rotation_euler = np.radians([38, -12, -35])
     world = bpy.data.worlds.new("Wayfarer Picture")
     picture.scene.world = world
-    if world.node_tree is None:  # before 5.0 nodes were optional
-        world.use_nodes = True
-    nodes, links = world.node_tree.nodes, world.node_tree.links
+    tree = node_tree(world)
+    nodes, links = tree.nodes, tree.links
     nodes.clear()
     # The sky lights the scene, but behind it lies a dark backdrop.
     rays, mix = nodes.new("ShaderNodeLightPath"), nodes.new("ShaderNodeMixShader")

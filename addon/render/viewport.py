@@ -1,11 +1,13 @@
 """How a file that we save looks when it is opened: painted floor visible, everything in view."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 from mathutils import Vector
 
+from ..versions import keep_material_colors
 from .map_picture import MapScene
-from .material_colors import keep_material_colors
 from .view_picture import aim
 
 
@@ -28,7 +30,7 @@ def set_up_viewports(shown: MapScene) -> None:
         for area in screen.areas:
             if area.type != "VIEW_3D":
                 continue
-            space = area.spaces.active
+            space: Any = area.spaces.active
             space.shading.type = "SOLID"
             space.shading.color_type = "VERTEX"
             # Without the outlines of cameras and lights, and the lines between parents and children.

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 
 from ..scene_collections import OUTPUT, find_collection
+from ..versions import node_tree
 from .map_colors import WALK, linear
 
 NAME = "Wayfarer Walk"
@@ -53,6 +54,9 @@ def remove_walk_curve(scene) -> None:
         bpy.data.objects.remove(obj)
         if curve.users == 0:
             bpy.data.curves.remove(curve)
+        material = bpy.data.materials.get(NAME)
+        if material is not None and material.users == 0:
+            bpy.data.materials.remove(material)
 
 
 def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
@@ -69,11 +73,9 @@ def walk_material(name: str, srgb: tuple[float, float, float]):
     material = bpy.data.materials.get(name)
     if material is None:
         material = bpy.data.materials.new(name)
-        if material.node_tree is None:  # before 5.0 nodes were optional
-            material.use_nodes = True
         color = (*linear(srgb), 1.0)
         material.diffuse_color = color
-        shader = material.node_tree.nodes["Principled BSDF"]
+        shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = color
         shader.inputs["Emission Color"].default_value = color
         shader.inputs["Emission Strength"].default_value = 0.6

@@ -23,7 +23,7 @@ COLORS = (
 
 def draw_walk_fan(paths: Sequence[np.ndarray], ground_height: float, collection) -> list[bpy.types.Object]:
     """One curve object in ``collection`` for each of some (F, 3) paths x, y (m), heading; earlier ones are removed."""
-    remove_walk_fan(collection)
+    _remove(collection)
     made = []
     for number, path in enumerate(paths):
         color = number % len(COLORS)
@@ -43,8 +43,16 @@ def walk_fan(collection) -> list[bpy.types.Object]:
 
 
 def remove_walk_fan(collection) -> int:
-    """Remove the curves of :func:`draw_walk_fan`; returns how many there were."""
-    curves = [obj.data for obj in walk_fan(collection)]
+    """Remove the curves of :func:`draw_walk_fan` and their materials; returns how many curves there were."""
+    n_curves = _remove(collection)
+    materials = [bpy.data.materials.get(f"{NAME} {color + 1}") for color in range(len(COLORS))]
+    bpy.data.batch_remove([material for material in materials if material is not None and material.users == 0])
+    return n_curves
+
+
+def _remove(collection) -> int:
+    # Materials stay for the next walks: someone may have given them another colour.
+    curves = [obj.data for obj in walk_fan(collection) if obj.data is not None]
     bpy.data.batch_remove(walk_fan(collection))
     bpy.data.batch_remove([curve for curve in curves if curve.users == 0])
     return len(curves)

@@ -12,7 +12,7 @@ from ..properties.walk import WalkOutput
 from ..render.walk_curve import remove_walk_curve, walk_curve
 from ..scene_collections import OUTPUT, ensure_collection
 from ..state import keep_walk, results
-from .copies import add_copy, remove_copies
+from .copies import add_copy, remove_copies, remove_if_empty
 from .motion import WALK_NAME, WalkMotion
 from .report import fill_report
 
@@ -49,6 +49,10 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
     else:
         action = _bake_action(character, clip)
         last_frame = action.frame_range[1]
+    if output is not WalkOutput.COPY:
+        # Earlier walks go, in whatever form; a copy that the artist has moved elsewhere is no longer ours.
+        remove_copies(scene, COPY_COLLECTION)
+        remove_if_empty(scene, COPY_COLLECTION)
     if closed and output is not WalkOutput.STRIPS:
         action.use_frame_range, action.use_cyclic = True, True
         action.frame_start, action.frame_end = FIRST_FRAME, last_frame

@@ -8,18 +8,18 @@ import bpy
 import numpy as np
 
 from ...core.embedding.embedding import Embedding
+from ...core.embedding.link_reader import Node
 from ...core.errors import WalkError
 from ...core.motion.clip import MotionClip
 from ...core.playback.cleanup import clean_feet
 from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
-from ...core.playback.link_reader import Node
 from ...core.playback.synthesis import synthesize
 from ...core.playback.walk import Walk
 from ...core.progress import Progress, portion
 from ..bridge.skeleton import bind_rig
 from ..bridge.write_action import write_clip
 from ..clip_actions import WALK_PROPERTY
-from ..state import results
+from ..state import embedding_of
 from .baking import FIRST_FRAME, set_timeline
 from .copies import add_copy, remove_copies, remove_if_empty
 from .motion import MotionRequest, read_motion_request
@@ -50,7 +50,7 @@ def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
     WalkError if the ground has no room for so many; ClipError if their motion does not fit the character.
     """
     settings = scene.wayfarer.walk.crowd
-    embedding, rng = results(scene).embedding, np.random.default_rng(settings.seed)
+    embedding, rng = embedding_of(scene), np.random.default_rng(settings.seed)
     n_walkers, duration, spacing = settings.n_walkers, settings.duration, settings.spacing
     weighting, request = read_weighting(scene, settings.weighting), read_motion_request(scene)
     character = scene.wayfarer.character.name

@@ -5,13 +5,13 @@ from collections.abc import Generator
 import numpy as np
 
 from ...core.embedding.embedding import Embedding
+from ...core.embedding.link_reader import Node
 from ...core.embedding.network import Nodes
 from ...core.errors import EvaluationError, WalkError
 from ...core.evaluation.goals import goal_in_cells, segments_of_clip, segments_with_tag
 from ...core.playback.curve import CurveSettings, walk_along_steps
 from ...core.playback.destination import destination
 from ...core.playback.directed import walk_through_steps
-from ...core.playback.link_reader import Node
 from ...core.playback.loop import loop_steps
 from ...core.playback.performance import continued, perform_steps
 from ...core.playback.walk import Walk, nearest_node, random_node, random_walk_steps
@@ -64,6 +64,8 @@ def _through(embedding: Embedding, request: WalkRequest, rng: np.random.Generato
 
 
 def _along(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
+    if request.curve is None:
+        raise WalkError("Choose a curve to follow first.")
     return walk_along_steps(embedding, request.curve, CurveSettings(width=request.width))
 
 

@@ -10,6 +10,7 @@ from collections.abc import Collection, Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from .. import wording
 from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, count, difference
@@ -47,7 +48,7 @@ class Verdict(Enum):
     IMPORTANT = "important: a part of the ground is lost without it"
     USEFUL = "useful: some places or headings are lost without it"
     SPARE = "spare: hardly anything is lost without it"
-    DELETABLE = "deletable: nothing is lost without it"
+    REDUNDANT = "redundant: nothing is lost without it alone"
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,11 @@ class Loss:
         return self.before.places - self.left.places
 
     @property
+    def places_share(self) -> float:
+        """Lost positions + headings as a share of those that were covered, 0 to 1."""
+        return self.places / max(self.before.places, 1)
+
+    @property
     def nodes(self) -> int:
         return self.before.nodes - self.left.nodes
 
@@ -115,25 +121,24 @@ class Loss:
 
     @property
     def verdict(self) -> Verdict:
-        places_share = self.places / max(self.before.places, 1)
         if self.before.nodes and self.left.floor < COLLAPSED_SHARE * self.before.floor:
             return Verdict.ESSENTIAL
-        if self.share >= IMPORTANT_FLOOR or places_share >= IMPORTANT_PLACES:
+        if self.share >= IMPORTANT_FLOOR or self.places_share >= IMPORTANT_PLACES:
             return Verdict.IMPORTANT
-        if self.share >= SPARE_SHARE or places_share >= SPARE_SHARE:
+        if self.share >= SPARE_SHARE or self.places_share >= SPARE_SHARE:
             return Verdict.USEFUL
-        return Verdict.SPARE if self.floor or self.places else Verdict.DELETABLE
+        return Verdict.SPARE if self.floor or self.places else Verdict.REDUNDANT
 
     def describe(self) -> str:
-        """One sentence: "Clip 'turn' is important: without it 3.20 m2 (12.0 %) of the floor and ... are lost."."""
+        """One sentence: "Clip 'turn' is important: without it 3.20 m² (12.0%) of the covered floor and ... lost."."""
         subject, word = f"{self.part.kind.value.capitalize()} '{self.part.name}'", self.verdict.name.lower()
-        if self.verdict is Verdict.DELETABLE:
-            return f"{subject} is deletable: without it every place stays within reach in every heading."
+        if self.verdict is Verdict.REDUNDANT:
+            return f"{subject} is redundant: without it alone every place stays within reach in every heading."
         if not self.left.nodes:
             return f"{subject} is essential: without it no endless walk is left."
         return (
-            f"{subject} is {word}: without it {self.floor:.2f} m2 ({100 * self.share:.1f} %) of the floor and "
-            f"{100 * self.places / self.before.places:.1f} % of all positions and headings are lost."
+            f"{subject} is {word}: without it {wording.area(self.floor)} ({wording.share(self.share)}) of the covered "
+            f"floor and {wording.share(self.places_share)} of its positions and headings are lost."
         )
 
 
@@ -168,7 +173,7 @@ class Ablation:
         for loss in self.ranked(kind):
             part = loss.part
             row = [part.name, part.kind.value, loss.floor, loss.share, loss.places, loss.nodes, loss.links]
-            rows.append([*row, *([] if self.measure is None else [loss.measure]), loss.verdict.value])
+            rows.append([*row, *([] if self.measure is None else [loss.measure]), loss.verdict.name.lower()])
         return [*columns, "verdict"], rows
 
     def describe(self, kind: Kind = Kind.CLIP) -> list[str]:
@@ -178,7 +183,8 @@ class Ablation:
             return [f"There is no {kind.value} to take away."]
         numbers = [(sum(loss.verdict is v for loss in ranked), v.name.lower()) for v in Verdict]
         said = ", ".join(f"{n} {name}" for n, name in numbers if n)
-        return [f"Of {len(ranked)} {kind.value}s: {said}.", *(loss.describe() for loss in ranked)]
+        lead = f"Of {wording.counted(len(ranked), kind.value)}, taken away one at a time: {said}."
+        return [lead, *(loss.describe() for loss in ranked)]
 
 
 def parts(graph: MotionGraph, kind: Kind) -> list[Part]:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from .ablation import Kind, Part, parts
+from .floor import floor_cells
 from .wavefront import planes_of
 
 
@@ -26,7 +28,7 @@ class ActionCoverage:
     areas : (n,) float array
         Square metres of them.
     shares : (n,) float array
-        The same as a share of the free cells, 0 to 1.
+        The same as a share of the free floor, 0 to 1.
     """
 
     actions: tuple[Part, ...]
@@ -38,15 +40,18 @@ class ActionCoverage:
         """Indices of the actions, least coverage first."""
         return np.argsort(self.areas, kind="stable").tolist()
 
+    def _named(self, index: int) -> str:
+        where = f"{wording.area(float(self.areas[index]))}, {wording.share(float(self.shares[index]))}"
+        return f"'{self.actions[index].name}' ({where})"
+
     def describe(self) -> str:
         if not self.actions:
             return "There is no action to look for."
         kind = self.actions[0].kind.value
         least, *_, most = self.ranked()[:1] + self.ranked()[-1:]
         text = (
-            f"On average a {kind} can begin on {100 * self.shares.mean():.1f} % of the free floor: most often "
-            f"'{self.actions[most].name}' ({self.areas[most]:.1f} m2, {100 * self.shares[most]:.1f} %), least often "
-            f"'{self.actions[least].name}' ({self.areas[least]:.1f} m2, {100 * self.shares[least]:.1f} %)."
+            f"On average a {kind} can begin on {wording.share(float(self.shares.mean()))} of the free floor: most "
+            f"often {self._named(most)}, least often {self._named(least)}."
         )
         n_never = int(np.count_nonzero(self.areas == 0))
         return text + (f" {n_never} of {len(self.actions)} can begin nowhere." if n_never else "")
@@ -71,7 +76,6 @@ def action_coverage(embedding: Embedding, kind: Kind = Kind.CLIP) -> ActionCover
         for segment in action.segments:
             plane |= began[segment]
         begins[index] = layout.unpack(plane)
-    free = embedding.environment.free_cells()
-    n_cells = np.count_nonzero(begins & free, axis=(1, 2))
+    n_cells = np.count_nonzero(begins, axis=(1, 2))
     areas = n_cells * embedding.environment.grid.cell_size**2
-    return ActionCoverage(actions, begins, areas, n_cells / max(int(np.count_nonzero(free)), 1))
+    return ActionCoverage(actions, begins, areas, n_cells / max(int(np.count_nonzero(floor_cells(embedding))), 1))

@@ -1,6 +1,8 @@
 """Joint deletion: which clips can all be thrown away at once?
 
-Single losses do not add up: of two clips that can replace each other each is deletable, but not both.
+Single losses do not add up: of two clips that can replace each other each is redundant, but they cannot both go. What
+may be lost is measured as :mod:`.ablation` measures it: with an allowance of 1 %, no clip is deleted that it calls
+important.
 """
 
 from collections.abc import Generator
@@ -8,11 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EmbeddingError
 from ..progress import Progress, finish
-from .ablation import Kind, Part, parts, without_steps
+from .ablation import IMPORTANT_FLOOR, IMPORTANT_PLACES, Kind, Part, parts, without_steps
 from .extent import Extent, extent
+
+#: So much larger a share of the positions and headings may be lost than of the floor: verdicts weigh them like that.
+PLACES_FOR_FLOOR = IMPORTANT_PLACES / IMPORTANT_FLOOR
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,8 @@ class JointDeletion:
     before, left : Extent
         With all of them and with none.
     allowed : float
-        Share of the covered floor that might be lost.
+        Share of the covered floor that might be lost, and of its positions and headings :data:`PLACES_FOR_FLOOR` times
+        as much.
     left_after : tuple of Extent
         What is left after the first, the first two, ... of the parts are gone.
     """
@@ -42,18 +49,38 @@ class JointDeletion:
         """Share of the covered floor that is lost without all of them together, 0 to 1."""
         return 1 - self.left.floor / self.before.floor if self.before.floor else 0.0
 
+    @property
+    def places_share(self) -> float:
+        """Share of the covered positions + headings that is lost without all of them together, 0 to 1."""
+        return 1 - self.left.places / self.before.places if self.before.places else 0.0
+
+    @property
+    def allowance(self) -> str:
+        """What might be lost, in words: "1.0% of the covered floor and 5.0% of its positions and headings"."""
+        places = wording.share(allowed_places(self.allowed))
+        return f"{wording.share(self.allowed)} of the covered floor and {places} of its positions and headings"
+
     def describe(self) -> list[str]:
         if not self.parts:
-            return [f"Nothing can be deleted without losing more than {self.allowed:.0%} of the floor."]
+            return [f"Nothing can be deleted without losing more than {self.allowance}."]
         kind = self.parts[0].kind.value
         names = ", ".join(f"'{part.name}'" for part in self.parts)
         what = f"{len(self.parts)} {kind}s can be deleted together" if len(self.parts) > 1 else f"1 {kind} can go"
-        lost = self.before.floor - self.left.floor
-        return [f"{what}: {names}. That costs {lost:.2f} m2 ({self.share:.1%}) of the floor."]
+        lost = wording.area(self.before.floor - self.left.floor)
+        return [
+            f"{what}: {names}. That costs {lost} ({wording.share(self.share)}) of the covered floor and "
+            f"{wording.share(self.places_share)} of its positions and headings; up to {self.allowance} may be lost."
+        ]
+
+
+def allowed_places(allowed: float) -> float:
+    """Share of the positions and headings that may be lost beside the share ``allowed`` of the floor."""
+    return min(PLACES_FOR_FLOOR * allowed, 1.0)
 
 
 def deletable_together(embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP) -> JointDeletion:
-    """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1).
+    """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1), and its
+    positions and headings by :func:`allowed_places`.
 
     Greedy: next comes the part that costs least now that those before it are gone. Each choice is tried together with
     all earlier ones, and in the end no other part could be added; something is always left. Not always the longest
@@ -75,6 +102,7 @@ def deletable_together_steps(
         raise EmbeddingError(f"The share of the floor that may be lost is {allowed}; give one between 0 and 1.")
     before = extent(embedding)
     enough = before.floor * (1 - allowed) - 1e-9
+    enough_places = before.places * (1 - allowed_places(allowed)) - 1e-9
     cell_area = embedding.environment.grid.cell_size**2
     chosen: list[Part] = []
     left_after: list[Extent] = []
@@ -92,9 +120,9 @@ def deletable_together_steps(
             yield Progress(1 - 1 / (1 + n_asked / n_parts), f"Trying without {best.part.name}")
             left = yield from without_steps(embedding, gone.union(best.part.segments))
             covered = left.covered()
-            floor = int(np.count_nonzero(covered.any(axis=2))) * cell_area
-            allowed_now = floor >= enough and left.n_nodes > 0
-            asked = _Candidate(best.part, floor, int(np.count_nonzero(covered)), len(chosen), left)
+            floor, places = int(np.count_nonzero(covered.any(axis=2))) * cell_area, int(np.count_nonzero(covered))
+            allowed_now = floor >= enough and places >= enough_places and left.n_nodes > 0
+            asked = _Candidate(best.part, floor, places, len(chosen), left)
             (known if allowed_now else refused).append(asked)
         else:
             chosen.append(best.part)

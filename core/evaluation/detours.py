@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..environment.grid import Grid
 from ..errors import EvaluationError
+from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
 from .geodesic import Geodesics
 from .goals import goal_in_cells
-from .path_efficiency import mean_speed
 from .reach import time_to_reach_steps
 
 
@@ -58,9 +59,18 @@ class Detours:
         (x, y), (u, v) = self.grid.positions(np.array([place, self.worst_goal[place]]))
         return (
             f"To a place {self.radii[0]:g} to {self.radii[1]:g} m away, facing anywhere, it takes "
-            f"{self.mean[known].mean():.1f} s longer than straight there at {self.speed:.2f} m/s. The longest way "
-            f"around takes {self.worst[place]:.1f} s longer, from ({x:.2f}, {y:.2f}) to ({u:.2f}, {v:.2f})."
+            f"{wording.time(self.mean[known].mean())} longer than straight there at {self.speed:.2f} m/s, on average "
+            f"over {wording.counted(len(self.goals), 'goal')} on a lattice. The longest way around takes "
+            f"{wording.time(self.worst[place])} longer, from {wording.place(x, y)} to {wording.place(u, v)}."
         )
+
+
+def mean_speed(graph: MotionGraph) -> float:
+    """Metres per second over all segments of a motion graph, one after the other; EvaluationError if none travels."""
+    length = sum(np.linalg.norm(np.diff(segment.path[:, :2], axis=0), axis=1).sum() for segment in graph.segments)
+    if not length > 0:
+        raise EvaluationError("No segment of the motion graph travels: there is no speed to compare with; add clips.")
+    return float(length / sum(segment.duration for segment in graph.segments))
 
 
 def detours(
@@ -76,7 +86,7 @@ def detours(
     radii : (float, float)
         Metres of geodesic between which a goal counts as nearby.
     speed : float, optional
-        Metres per second; :func:`.path_efficiency.mean_speed` by default.
+        Metres per second; :func:`mean_speed` by default.
 
     Raises
     ------
@@ -100,7 +110,7 @@ def detours_steps(
         raise EvaluationError(f"The speed is {speed} m/s; it must be greater than zero.")
     environment = embedding.environment
     covered = embedding.covered()
-    on_floor = covered.any(axis=2) & environment.free_cells()
+    on_floor = covered.any(axis=2)
     nx, ny = on_floor.shape
     step = max(round(spacing / environment.grid.cell_size), 1)
     lattice = np.zeros_like(on_floor)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes
+from .floor import floor_cells
 from .reach import mean_time_to_reach
 
 
@@ -36,7 +38,7 @@ class Extent:
     floor : float
         Square metres of the cells that it covers in at least one heading.
     share : float
-        The same as a share of the free floor, 0 to 1.
+        The same as a share of the free floor (:func:`.floor.floor_cells`), 0 to 1.
     places : int
         Grid elements (x, y, heading) that it covers.
     nodes, links : int
@@ -52,15 +54,15 @@ class Extent:
     measure: float | None = None
 
 
-def mean_time_to(cells: np.ndarray, place: str) -> Measure:
-    """The mean time to reach any of the cells of an (nx, ny) bool mask, from everywhere; infinite if none is covered.
+def mean_time_to(goal: Nodes, place: str) -> Measure:
+    """The mean time from everywhere to a set of nodes (see :mod:`.goals`); infinite for embeddings without any of them.
 
-    ``place`` is what the cells are called: "the door".
+    For embeddings that share one network: an embedding and what pruning or ablation leave of it. ``place`` is what the
+    goal is called: "the door".
     """
 
     def seconds(embedding: Embedding) -> float:
-        there = embedding.unrolling.layout.pack(cells)
-        return mean_time_to_reach(embedding, embedding.network.bundles([plane & there for plane in embedding.planes]))
+        return mean_time_to_reach(embedding, goal)
 
     return Measure(f"mean time to reach {place}", "s", seconds)
 
@@ -69,7 +71,7 @@ def extent(embedding: Embedding, measure: Measure | None = None) -> Extent:
     """Floor, places, nodes and links of an embedding, and a measure if one is given."""
     covered = embedding.covered()
     n_cells = int(np.count_nonzero(covered.any(axis=2)))
-    n_free = int(np.count_nonzero(embedding.environment.free_cells()))
+    n_free = int(np.count_nonzero(floor_cells(embedding)))
     return Extent(
         floor=n_cells * embedding.environment.grid.cell_size**2,
         share=n_cells / max(n_free, 1),

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork
 
@@ -60,11 +61,12 @@ class LinkUtility:
         most, vital = int(np.argmax(self.link_uses)), int(np.argmax(self.link_hanging))
         spare = np.count_nonzero(self.link_hanging == 0)
         return (
-            f"Of {len(self.links)} links of the motion graph {len(self.idle_links)} are never played and {spare} can "
-            f"go without a node that dies at once. The most played leads from {self.link_name(most)} "
-            f"({100 * self.link_uses[most] / self.n_links:.1f} % of all links); most hangs on the one from "
-            f"{self.link_name(vital)}: {self.link_hanging[vital]:,} nodes "
-            f"({100 * self.link_hanging[vital] / self.n_nodes:.1f} %)."
+            f"Of {wording.counted(len(self.links), 'link')} of the motion graph {len(self.idle_links):,} are never "
+            f"played and {spare:,} can go without a node that dies at once. The most played leads from "
+            f"{self.link_name(most)} ({wording.share_of(self.link_uses[most], self.n_links)} of all links of the "
+            f"embedding); most hangs on the one from {self.link_name(vital)}: "
+            f"{wording.counted(int(self.link_hanging[vital]), 'node')} "
+            f"({wording.share_of(self.link_hanging[vital], self.n_nodes)})."
         )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
 from ..progress import Progress, finish, portion
@@ -47,8 +48,9 @@ class Maneuverability:
         if not np.isfinite(self.mean):
             return f"{subject} can begin nowhere in this scene."
         return (
-            f"{subject} can begin after {self.mean:.2f} s on average, {self.worst:.2f} s at worst; "
-            f"{100 * self.at_once:.0f} % of the time at once, {100 * self.promptly:.0f} % within {PROMPT:g} s."
+            f"{subject} can begin after {wording.time(self.mean)} on average, {wording.time(self.worst)} at worst; "
+            f"from {wording.share(self.at_once)} of the nodes at once, from {wording.share(self.promptly)} within "
+            f"{PROMPT:g} s."
         )
 
 

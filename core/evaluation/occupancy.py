@@ -4,8 +4,11 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
+from .. import wording
 from ..embedding.embedding import Embedding
+from ..environment.environment import Environment
 from ..errors import EmbeddingError
 from ..progress import Progress, finish, portion
 from .walkers import Flow, Walkers
@@ -21,7 +24,8 @@ class Occupancy:
     Attributes
     ----------
     floor : (nx, ny) float array
-        Share of the time spent in each cell; sums to 1. The time between two frames counts where the root is halfway.
+        Share of the time spent in each cell; sums to 1. The time between two frames counts where the root is halfway,
+        or, where that is in a corner of a cell at whose centre nobody can stand, in the nearest cell that is free.
     segments : (n_segments,) float array
         Share of the time that each segment is played.
     cell_area : float
@@ -70,13 +74,21 @@ class Occupancy:
 
     def describe(self) -> list[str]:
         """Sentences for a report."""
-        x, y = self.hot_spot
         times = float(self.floor.max()) / self.cell_area * self.visited_area
+        used, visited = wording.area(self.effective_area), wording.area(self.visited_area)
         return [
-            f"Half of the time is spent on {100 * self.half_time_share:.0f} % of the floor that walkers pass.",
-            f"They are spread out as if they used {self.effective_area:.1f} m2 of {self.visited_area:.1f} m2 evenly.",
-            f"The busiest place is at x {x:.2f} m, y {y:.2f} m: {times:.1f} times the mean.",
+            f"Half of the time is spent on {wording.share(self.half_time_share)} of the floor that walkers pass.",
+            f"They are spread out as if they used {used} of {visited} evenly.",
+            f"The busiest place is at {wording.place(*self.hot_spot)}: {wording.amount(times)} times the mean.",
+            *self._exactness(),
         ]
+
+    def _exactness(self) -> list[str]:
+        """How far the shares may be off, unless they were simulated."""
+        if not np.isfinite(self.error):
+            return []
+        off = wording.share(self.error)
+        return [f"These shares are exact but for {off} of the time, after {wording.counted(self.n_steps, 'step')}."]
 
 
 def occupancy(embedding: Embedding, tolerance: float = 1e-5, max_steps: int = 5000) -> Occupancy:
@@ -140,7 +152,21 @@ def _along_paths(walkers: Walkers, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
         for (dx, dy), n in zip(passed.tolist(), n_frames.tolist(), strict=True):
             for moving, _, target in walkers.moves(leaving, dx, dy):
                 floor[target] += n * moving
-    return floor.reshape(nx, ny), segments
+    return free_ground(walkers.embedding.environment, floor.reshape(nx, ny)), segments
+
+
+def free_ground(environment: Environment, floor: np.ndarray) -> np.ndarray:
+    """(..., nx, ny) time in each cell, with that of cells whose centre is blocked given to the nearest free cell."""
+    free, tiled = environment.free_cells(), environment.grid.tiled
+    if free.all() or not free.any():
+        return floor
+    nx, ny = free.shape
+    repeated = np.tile(free, (3, 3)) if tiled else free
+    x, y = np.asarray(ndimage.distance_transform_edt(~repeated, return_distances=False, return_indices=True))
+    if tiled:
+        x, y = x[nx : 2 * nx, ny : 2 * ny] % nx, y[nx : 2 * nx, ny : 2 * ny] % ny
+    into = (x * ny + y).ravel()
+    return np.stack([np.bincount(into, time, nx * ny) for time in floor.reshape(-1, nx * ny)]).reshape(floor.shape)
 
 
 def _occupancy(
@@ -234,10 +260,10 @@ def simulated_occupancy_steps(
         heading, merge = walkers.turned[taken], walkers.merge[taken]
         on = clock < last
         x, y, heading, merge, clock, group = (a[on] for a in (x, y, heading, merge, clock, group))
-    total = floor.sum(axis=0).reshape(nx, ny)
-    found = _occupancy(embedding, total, segments, np.nan, np.nan, n_links)
-    shares = floor / floor.sum(axis=1, keepdims=True)
-    deviation = shares.std(axis=0, ddof=1).reshape(nx, ny) / np.sqrt(n_groups)
+    floor = free_ground(embedding.environment, floor.reshape(n_groups, nx, ny))
+    found = _occupancy(embedding, floor.sum(axis=0), segments, np.nan, np.nan, n_links)
+    shares = floor / floor.sum(axis=(1, 2), keepdims=True)
+    deviation = shares.std(axis=0, ddof=1) / np.sqrt(n_groups)
     return SimulatedOccupancy(found, deviation, n_walkers, (last - first) / rate)
 
 

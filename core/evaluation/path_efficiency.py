@@ -1,9 +1,9 @@
-"""Path efficiency: how close the quickest ways come to the shortest ones (Reitsma & Pollard 2007).
+"""Path efficiency: how direct the ways are that the motion allows (Reitsma & Pollard 2007).
 
-Between two places, the efficiency is the time that the geodesic of the free ground takes at the mean speed of the
-motions, as a share of the time that the quickest walk of the embedding takes: 1 if the character goes straight there
-as if it could start at that speed in any direction, 0.5 if it takes twice as long. The walk may start and end in any
-heading. Recorded motions vary in speed, so that a quick one may reach more than 1.
+The article's path efficiency compares the length of the way that the character walks with that of the shortest one
+that is free of collisions. Here it is the shortest length as a share of the walked one: 1 if the quickest walk from one
+place to another goes straight there, 0.5 if it is twice as long as it need be; never more. The walk may start and end
+in any heading.
 """
 
 from collections.abc import Generator
@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
-from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
 from .geodesic import Geodesics
 from .goals import goal_in_cells
+from .quickest_way import WalkedLengths
 from .reach import time_to_reach_steps
 
 #: Metres between two places below which single segments decide, not the way.
@@ -30,28 +31,49 @@ class PathEfficiency:
     Attributes
     ----------
     starts, goals : (n, 2) int arrays of cells
-    seconds : (n,) float array
-        Of the quickest walk.
+    seconds, walked : (n,) float arrays
+        Of the quickest walk, and the metres that it covers.
     metres : (n,) float array
-        Of the geodesic.
-    speed : float
-        Metres per second at which the geodesic is taken to be walked.
+        Of the shortest free way: of the geodesic, or of the walk, if that cuts a corner closer than straight lines
+        between the centres of cells can.
     """
 
     starts: np.ndarray
     goals: np.ndarray
     seconds: np.ndarray
+    walked: np.ndarray
     metres: np.ndarray
-    speed: float
 
     @property
     def efficiency(self) -> np.ndarray:
-        """(n,) float"""
-        return self.metres / self.speed / self.seconds
+        """(n,) float, above 0 and up to 1."""
+        return self.metres / self.walked
 
     @property
     def mean(self) -> float:
         return float(self.efficiency.mean())
+
+    @property
+    def n_goals(self) -> int:
+        """Different goals among the pairs."""
+        return len(np.unique(self.goals, axis=0))
+
+    @property
+    def standard_error(self) -> float:
+        """Of the mean, as far as pairs with different goals are independent of one another; 0 for a single goal.
+
+        Pairs that share a goal are alike, so that goals are what is drawn (the cluster-robust variance of a mean).
+        """
+        _, group = np.unique(self.goals, axis=0, return_inverse=True)
+        off = np.bincount(group.ravel(), self.efficiency - self.mean)
+        if len(off) < 2:
+            return 0.0
+        return float(np.sqrt(np.square(off).sum() * len(off) / (len(off) - 1)) / len(self.goals))
+
+    @property
+    def sample(self) -> str:
+        """How many pairs and goals were drawn, in words."""
+        return f"{wording.counted(len(self.walked), 'pair')}, {wording.counted(self.n_goals, 'goal')}"
 
     @property
     def worst(self) -> int:
@@ -61,23 +83,16 @@ class PathEfficiency:
     def describe(self) -> str:
         low, middle = np.percentile(self.efficiency, [10, 50])
         worst = self.worst
+        mean = wording.mean_of(wording.share(self.mean), wording.share(self.standard_error), self.sample)
         return (
-            f"Over {len(self.seconds)} pairs of places the quickest way is {100 * self.mean:.0f} % as efficient as the "
-            f"shortest one at {self.speed:.2f} m/s (median {100 * middle:.0f} %, one in ten below {100 * low:.0f} %); "
-            f"at worst {self.seconds[worst]:.1f} s for {self.metres[worst]:.1f} m."
+            f"The shortest free way is {mean} as long as the quickest walk (median {wording.share(middle)}, one in ten "
+            f"below {wording.share(low)}); at worst the character walks {self.walked[worst]:.1f} m where "
+            f"{self.metres[worst]:.1f} m would do."
         )
 
 
-def mean_speed(graph: MotionGraph) -> float:
-    """Metres per second over all segments of a motion graph, one after the other; EvaluationError if none travels."""
-    length = sum(np.linalg.norm(np.diff(segment.path[:, :2], axis=0), axis=1).sum() for segment in graph.segments)
-    if not length > 0:
-        raise EvaluationError("No segment of the motion graph travels: there is no speed to compare with; add clips.")
-    return float(length / sum(segment.duration for segment in graph.segments))
-
-
 def path_efficiency(
-    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20, speed: float | None = None
+    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20
 ) -> PathEfficiency:
     """Efficiency over pairs of places drawn from the floor that the embedding covers, at least a metre apart.
 
@@ -86,33 +101,27 @@ def path_efficiency(
     n_pairs, n_goals : int
         Pairs, and how many different goals they share: each goal costs one field of exact times. About as many pairs
         end at each.
-    speed : float, optional
-        Metres per second; :func:`mean_speed` by default.
 
     Raises
     ------
     EvaluationError
-        The embedding is empty, no two places are far enough apart, or nothing travels.
+        The embedding is empty, or no two places are far enough apart.
     """
-    return finish(path_efficiency_steps(embedding, rng, n_pairs, n_goals, speed))
+    return finish(path_efficiency_steps(embedding, rng, n_pairs, n_goals))
 
 
 def path_efficiency_steps(
-    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20, speed: float | None = None
+    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20
 ) -> Generator[Progress, None, PathEfficiency]:
     """As :func:`path_efficiency`, as a generator that yields progress."""
     if n_pairs < 1 or n_goals < 1:
         raise EvaluationError(f"{n_pairs} pairs with {n_goals} goals cannot be compared; ask for one or more of each.")
-    speed = mean_speed(embedding.graph) if speed is None else speed
-    if not speed > 0:
-        raise EvaluationError(f"The speed is {speed} m/s; it must be greater than zero.")
-    free = embedding.environment.free_cells()
-    places = np.argwhere(embedding.covered().any(axis=2) & free)
+    places = np.argwhere(embedding.covered().any(axis=2))
     yield Progress(0.0, "Measuring the ground")
-    geodesics = Geodesics(embedding.environment)
+    geodesics, lengths = Geodesics(embedding.environment), WalkedLengths(embedding)
     n_goals = min(n_goals, n_pairs)
     wanted = np.diff(np.linspace(0, n_pairs, n_goals + 1).astype(int)).tolist()
-    starts, goals, seconds, metres = [], [], [], []
+    starts, goals, seconds, walked, metres = [], [], [], [], []
     # A goal without any place far enough away is passed over, and the next one drawn takes its turn.
     for goal in places[rng.permutation(len(places))]:
         if not wanted:
@@ -122,7 +131,7 @@ def path_efficiency_steps(
         if not len(far):
             continue
         chosen = rng.choice(far, wanted.pop(), replace=True)
-        mask = np.zeros(free.shape, dtype=bool)
+        mask = np.zeros(embedding.shape[:2], dtype=bool)
         mask[tuple(goal)] = True
         done = len(starts) / n_goals
         field = yield from portion(
@@ -131,16 +140,11 @@ def path_efficiency_steps(
         starts.append(places[chosen])
         goals.append(np.broadcast_to(goal, (len(chosen), 2)))
         seconds.append(field.floor()[tuple(places[chosen].T)].astype(float))
-        metres.append(distance[chosen])
+        walked.append(lengths.from_cells(field, places[chosen]))
+        metres.append(np.minimum(distance[chosen], walked[-1]))
     if not starts:
         raise EvaluationError(
             f"No two places of the floor that the embedding covers are {MIN_DISTANCE:g} m apart on a free way; give "
             "the character more room."
         )
-    return PathEfficiency(
-        starts=np.concatenate(starts),
-        goals=np.concatenate(goals),
-        seconds=np.concatenate(seconds),
-        metres=np.concatenate(metres),
-        speed=speed,
-    )
+    return PathEfficiency(*(np.concatenate(parts) for parts in (starts, goals, seconds, walked, metres)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 
 
@@ -45,9 +46,10 @@ class TurnBalance:
         leaning = np.count_nonzero(np.abs(self.balance) > 0.5)
         places = np.count_nonzero(self.left + self.right)
         return (
-            f"{100 * self.n_left / n_links:.0f} % of the links turn left, {100 * self.n_right / n_links:.0f} % right "
-            f"and {100 * self.n_straight / n_links:.0f} % not at all; by angle the character turns {tendency} (balance "
-            f"{self.total:+.2f}), and {100 * leaning / max(places, 1):.0f} % of the places lean clearly to one side."
+            f"{wording.share(self.n_left / n_links)} of the links turn left, {wording.share(self.n_right / n_links)} "
+            f"right and {wording.share(self.n_straight / n_links)} not at all; by angle the character turns {tendency} "
+            f"(balance {self.total:+.2f}), and {wording.share_of(leaning, places)} of the places lean clearly to one "
+            "side."
         )
 
 

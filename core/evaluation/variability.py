@@ -12,6 +12,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import StepNetwork
 from ..progress import Progress, finish
 from .degrees import Degrees
+from .floor import floor_cells
 from .tally import Columns, Tally, masked, product, sum_of_products
 
 _MESSAGE = "Counting ways"
@@ -134,10 +135,9 @@ def coverage(embedding: Embedding) -> np.ndarray:
 
 
 def coverage_share(embedding: Embedding) -> float:
-    """Share of the free cells that the character can pass through in at least one heading; 0 if none is free."""
-    free = embedding.environment.free_cells()
+    """Share of the free floor that the character can pass through in at least one heading; 0 if there is none."""
     covered = coverage(embedding).any(axis=2)
-    return float(np.count_nonzero(covered & free) / max(np.count_nonzero(free), 1))
+    return float(np.count_nonzero(covered) / max(np.count_nonzero(floor_cells(embedding)), 1))
 
 
 def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.ndarray:

@@ -9,10 +9,12 @@ from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..progress import Progress, finish, portion
+from .floor import floor_cells, ruled_cells
 from .variability import variability_steps
 from .why_not import Reason, why_not_steps
 
@@ -20,6 +22,7 @@ from .why_not import Reason, why_not_steps
 _PHRASE = {
     Reason.EMBEDDED: "reached",
     Reason.BLOCKED: "blocked",
+    Reason.RULE: "only crossed, under a rule",
     Reason.FORBIDDEN: "forbidden",
     Reason.NO_WAY_OUT: "no way out",
     Reason.NO_WAY_IN: "no way in",
@@ -124,17 +127,17 @@ class WeakSpot:
 
     def describe(self) -> str:
         """The weak spot in a sentence with units."""
-        x, y = self.position
-        headings = "" if self.heading is None else f", in {100 * self.heading_share:.0f} % of the headings,"
-        place = f"{self.floor_area:.1f} m2 around ({x:.1f}, {y:.1f}) m{headings}"
+        headings = "" if self.heading is None else f", in {wording.share(self.heading_share)} of the headings,"
+        place = f"{wording.area(self.floor_area)} around {wording.place(*self.position)}{headings}"
         why = _PHRASE[self.reason]
         if self.weakness is Weakness.UNREACHED:
             mainly = "" if self.reason_share > 0.995 else "mainly "
             return f"{place} cannot be reached: {mainly}{why}"
-        ways = f"{place} has a variability of only {self.mean_variability:.3g} (lowest {self.lowest_variability})"
+        mean = wording.amount(self.mean_variability)
+        ways = f"{place} has a variability of only {mean} on average, {self.lowest_variability:,} at the lowest"
         if self.reason is Reason.EMBEDDED:
             return ways
-        return f"{ways}: {why} in {100 * self.reason_share:.0f} % of the cells and headings"
+        return f"{ways}: {why} in {wording.share(self.reason_share)} of the cells and headings"
 
 
 @dataclass(frozen=True)
@@ -167,7 +170,8 @@ class WeakSpots:
 def weak_spots(embedding: Embedding, settings: WeakSpotSettings | None = None) -> WeakSpots:
     """Connected areas of the free floor that the embedding does not reach, or reaches in few ways (paper, 4.1).
 
-    Areas that are not reached and areas with few ways are separate spots, also where they touch. An empty embedding
+    Areas that are not reached and areas with few ways are separate spots, also where they touch. What lies under a
+    region's rule (:func:`.floor.ruled_cells`) is neither. An empty embedding
     reaches nothing: all its free floor is weak.
     """
     return finish(weak_spots_steps(embedding, settings))
@@ -182,7 +186,8 @@ def weak_spots_steps(
     reasons = yield from portion(why_not_steps(embedding), 0.3, 0.9)
     yield Progress(0.9, "Listing weak spots")
     grid = embedding.environment.grid
-    free = embedding.environment.free_cells()
+    # Where a rule must be kept to cross, nobody expects many ways.
+    free = floor_cells(embedding) & ~ruled_cells(embedding.environment, embedding.unrolling.sweep.classes)
     if settings.domain is Domain.FLOOR:
         values, allowed = ways.sum(axis=2), free
     else:

@@ -9,8 +9,8 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
 from ..embedding.unroll import REPORTED_PATHS, unroll_steps
-from ..environment.grid import SUBDIVISION
 from ..progress import Progress, finish, portion
+from .floor import allowed_cells, ruled_cells
 
 _COUNTING = "Counting links"
 
@@ -22,17 +22,19 @@ class Reason(IntEnum):
     """It is in the embedding."""
     BLOCKED = 1
     """An obstacle is closer than the character's radius."""
-    FORBIDDEN = 2
+    RULE = 2
+    """A region requires a tag, and no walk stands in this cell: it can only be crossed, if at all."""
+    FORBIDDEN = 3
     """The regions allow no frame there, whatever its tags."""
-    NO_WAY_OUT = 3
+    NO_WAY_OUT = 4
     """The embedding leads there, but nothing that arrives there leads back."""
-    NO_WAY_IN = 4
+    NO_WAY_IN = 5
     """From there a way leads into the embedding, but the embedding does not lead there."""
-    NO_MATCH = 5
+    NO_MATCH = 6
     """It can be entered from the embedding, and left towards it, but not by segments that may follow one another."""
-    OTHER_COMPONENT = 6
+    OTHER_COMPONENT = 7
     """Endless walks pass there, but the embedding neither leads to them nor can be reached from them."""
-    UNREACHABLE = 7
+    UNREACHABLE = 8
     """No segment fits there, or only walks that begin and end nowhere."""
 
 
@@ -57,11 +59,8 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     grid = embedding.environment.grid
     at = _places(network, nodes)
     entered, left, other = _places(network, reached), _places(network, leading), _places(network, elsewhere)
-    allowed = np.zeros(grid.shape[:2], dtype=bool)
-    middle = slice(SUBDIVISION // 2, None, SUBDIVISION)
-    for tags in embedding.unrolling.sweep.classes:
-        allowed |= embedding.environment.free_samples(tags)[middle, middle]
-    free = embedding.environment.free_cells()
+    environment, classes = embedding.environment, embedding.unrolling.sweep.classes
+    allowed, free = allowed_cells(environment, classes), environment.free_cells()
 
     reason = np.full(grid.shape, Reason.UNREACHABLE, dtype=np.uint8)
     reason[other] = Reason.OTHER_COMPONENT
@@ -69,6 +68,7 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     reason[left & ~entered] = Reason.NO_WAY_IN
     reason[entered & ~left] = Reason.NO_WAY_OUT
     reason[~allowed] = Reason.FORBIDDEN
+    reason[ruled_cells(environment) & ~at.any(axis=2)] = Reason.RULE
     reason[~free] = Reason.BLOCKED
     reason[at] = Reason.EMBEDDED
     return reason

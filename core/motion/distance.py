@@ -1,5 +1,6 @@
 """The cost of switching from one frame of motion to another, for all pairs of frames."""
 
+import math
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 
@@ -10,6 +11,9 @@ from .body_size import relative_size
 from .clip import MotionClip
 from .joint_roles import hips_joint, joint_weights
 from .kinematics import as_quaternions, as_rotation
+
+SAMPLED_FRAMES = 400
+"""Frames that are compared with all others to tell how many pairs there will be."""
 
 BLOCK_ELEMENTS = 1 << 16
 """Pairs that are worked on at a time by the dense form: few enough for the processor's cache."""
@@ -185,18 +189,7 @@ def close_pairs_steps(
     below, and tightly so where the cost is small. Memory grows with the number of pairs found.
     """
     yield Progress(0.0, "Comparing frames")
-    matrices = as_rotation(features.rotations).as_matrix().reshape(features.n_frames, -1, 9)
-    matrices *= np.sqrt(features.weights / 2)[:, None]
-    points = np.concatenate([matrices.reshape(features.n_frames, -1), features.vectors], axis=1)
-    points -= points.mean(axis=0)
-    squares = np.einsum("fm,fm->f", points, points)
-    # p.q - |p|^2 / 2 - |q|^2 / 2 = -|p - q|^2 / 2, all of it in one product of single precision. Its rounding
-    # error is at most half of what the squares are lessened by, so that no pair is lost; those let through in
-    # vain are sorted out below. (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1)
-    halves = -0.5 * squares * (1 - 2 * (points.shape[1] + 2) * np.finfo(np.float32).eps)
-    ones = np.ones_like(squares)
-    of_rows = np.column_stack([points, ones, halves]).astype(np.float32)
-    of_columns = np.column_stack([points, halves, ones]).astype(np.float32)
+    of_rows, of_columns = _bounding_factors(features)
     members = [np.arange(features.n_frames)]
     if classes is not None:
         members = [np.flatnonzero(classes == label) for label in np.unique(classes)]
@@ -224,6 +217,40 @@ def close_pairs_steps(
         return np.empty(0, np.intp), np.empty(0, np.intp), np.empty(0)
     i, j, costs = (np.concatenate(part) for part in zip(*found, strict=True))
     return i, j, costs
+
+
+def expected_pairs(features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None) -> float:
+    """About how many pairs :func:`close_pairs` finds, from some hundred frames that are compared with all others.
+
+    Rather too many than too few: by the bound that it sorts pairs out with.
+    """
+    of_rows, of_columns = _bounding_factors(features)
+    chosen = np.arange(0, features.n_frames, math.ceil(features.n_frames / SAMPLED_FRAMES))
+    n_pairs = -len(chosen)  # None is paired with itself.
+    for some in np.array_split(chosen, math.ceil(len(chosen) / 64)):
+        near = of_rows[some] @ of_columns.T >= -max_cost / 2
+        if classes is not None:
+            near &= classes[some][:, None] == classes
+        n_pairs += np.count_nonzero(near)
+    return n_pairs / len(chosen) * features.n_frames / 2
+
+
+def _bounding_factors(features: PoseFeatures) -> tuple[np.ndarray, np.ndarray]:
+    """(F, M) float32 of rows and of columns, whose product bounds minus half the cost of all pairs from above."""
+    matrices = as_rotation(features.rotations).as_matrix().reshape(features.n_frames, -1, 9)
+    matrices *= np.sqrt(features.weights / 2)[:, None]
+    points = np.concatenate([matrices.reshape(features.n_frames, -1), features.vectors], axis=1)
+    points -= points.mean(axis=0)
+    squares = np.einsum("fm,fm->f", points, points)
+    # p.q - |p|^2 / 2 - |q|^2 / 2 = -|p - q|^2 / 2, all of it in one product of single precision. Its rounding
+    # error is at most half of what the squares are lessened by, so that no pair is lost; those let through in
+    # vain are sorted out below. (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1)
+    halves = -0.5 * squares * (1 - 2 * (points.shape[1] + 2) * np.finfo(np.float32).eps)
+    ones = np.ones_like(squares)
+    return (
+        np.column_stack([points, ones, halves]).astype(np.float32),
+        np.column_stack([points, halves, ones]).astype(np.float32),
+    )
 
 
 def squared_angles(cosines: np.ndarray) -> np.ndarray:

@@ -8,8 +8,12 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..errors import MotionGraphError
 from ..progress import Progress
-from .distance import PoseFeatures, close_pairs_steps, transition_costs
+from .distance import PoseFeatures, close_pairs_steps, expected_pairs, transition_costs
+
+PAIR_BYTES = 200
+"""What a pair takes at the most while cuts are chosen: measured, 130 to 190."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +79,23 @@ class FrameSet:
         """(C,) int: the first frame of each clip."""
         return np.cumsum(self.lengths) - self.lengths
 
-    def pairs_steps(self, max_cost: float) -> Generator[Progress, None, FramePairs]:
-        """All pairs that may be linked at a cost of ``max_cost`` or less."""
+    def pairs_steps(self, max_cost: float, memory_limit: float = math.inf) -> Generator[Progress, None, FramePairs]:
+        """All pairs that may be linked at a cost of ``max_cost`` or less.
+
+        Raises MotionGraphError, before any are sought, if they would take more than ``memory_limit`` bytes.
+        """
         planted = self.contacts @ [1, 2]
+        n_pairs = self.n_frames**2 / 2
+        if n_pairs * PAIR_BYTES > memory_limit:
+            yield Progress(0.0, "Comparing frames")
+            n_pairs = expected_pairs(self.features, max_cost, planted)
+        if n_pairs * PAIR_BYTES > memory_limit:
+            needed, limit = n_pairs * PAIR_BYTES / 1e9, memory_limit / 1e9
+            raise MotionGraphError(
+                f"About {n_pairs / 1e6:,.0f} million pairs of frames of these {len(self.lengths)} clips cost "
+                f"{max_cost:g} or less. To cut the clips by them would need about {needed:,.1f} GB, more than the "
+                f"limit of {limit:,.1f} GB; lower the maximum cost or the frame rate, or use fewer clips."
+            )
         first, second, costs = yield from close_pairs_steps(self.features, max_cost, planted)
         allowed = self._apart(first, second)
         return FramePairs(first[allowed], second[allowed], costs[allowed])

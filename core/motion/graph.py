@@ -119,7 +119,7 @@ def build_motion_graph_steps(
     hold a segment, in the order given, at the settings' rate; clips that bear the same name get a number.
 
     Raises ClipError for no clips, different skeletons, or clips all too short; MotionGraphError if nothing
-    connects.
+    connects, or so much that it would take more memory than ``settings.memory_limit``.
     """
     settings = settings or MotionGraphSettings()
     check_skeletons(clips)
@@ -146,11 +146,12 @@ def build_motion_graph_steps(
 
     lengths = np.array([clip.n_frames for clip in usable])
     frames = FrameSet(joined(features), np.concatenate(contacts), lengths, settings.min_gap)
-    pairs = yield from portion(frames.pairs_steps(settings.max_cost), 0.2, 0.5)
+    pairs = yield from portion(frames.pairs_steps(settings.max_cost, settings.memory_limit), 0.2, 0.5)
     n_given = sum(clip.duration for clip in clips) * settings.frame_rate
     threshold, cut = yield from portion(segmentation_steps(pairs, frames, settings, n_given), 0.5, 1.0)
     if not cut.kept.any():
         raise _nothing_connects(frames, settings, pairs)
+    yield Progress(1.0, "Linking segments")
     pairs = pairs.up_to(threshold)
     transitions = with_continuations(pairs.first, pairs.second, pairs.cost, frames.n_frames)
     dropped += dropped_motion(usable, frames, cut, transitions, threshold)

@@ -52,6 +52,8 @@ class MotionGraphSettings:
         Most links that the graph may have; heeded in mode LINKS.
     min_coverage : float
         Share (0 to 1) of the motion given that the graph must keep at least; heeded in mode COVERAGE.
+    memory_limit : float
+        Bytes that the pairs of frames may take; above it ``build_motion_graph`` refuses before it compares them.
     """
 
     frame_rate: float = 30.0
@@ -65,6 +67,7 @@ class MotionGraphSettings:
     threshold_mode: ThresholdMode = ThresholdMode.COST
     max_links: int = 500
     min_coverage: float = 0.5
+    memory_limit: float = 4e9
 
     def __post_init__(self):
         for name in ("frame_rate", "min_segment_duration", "max_cost"):

@@ -158,7 +158,11 @@ class _AtLeastCoverage:
 
 
 def _linked(cuts: list[np.ndarray], frames: FrameSet, pairs: FramePairs) -> Segmentation:
-    transitions = with_continuations(pairs.first, pairs.second, pairs.cost, frames.n_frames)
+    # Most pairs have no cut at either frame: they are left out before they are turned both ways.
+    is_cut = np.zeros(frames.n_frames, dtype=bool)
+    is_cut[np.concatenate([offset + own for offset, own in zip(frames.offsets, cuts, strict=True)])] = True
+    joined = is_cut[pairs.first] & is_cut[pairs.second]
+    transitions = with_continuations(pairs.first[joined], pairs.second[joined], pairs.cost[joined], frames.n_frames)
     return segmentation(cuts, frames.lengths, transitions)
 
 

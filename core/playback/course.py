@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader, PlaneBits
 from ..embedding.network import Nodes
 from ..progress import Progress
-from .link_reader import LinkReader, PlaneBits
 from .walk import Trail
 
 #: In uint16 frames: never.

@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
 from ..progress import Progress, finish
-from .link_reader import LinkReader, Node
 from .reservation import Reservation, StencilPaths
 from .walk import Trail, Walk, refuse_bad_duration, refuse_empty
 from .weighted import Memory, Weighting, probabilities, uniform

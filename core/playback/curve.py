@@ -15,11 +15,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
 from ..progress import Progress, finish
 from .directed import rows_of
-from .link_reader import LinkReader, Node
 from .reservation import StencilPaths
 from .walk import Trail, Walk, refuse_empty
 
@@ -61,7 +61,7 @@ class CurveSettings:
 
 def walk_along(
     embedding: Embedding,
-    curve: Sequence[Sequence[float]],
+    curve: np.ndarray | Sequence[Sequence[float]],
     settings: CurveSettings | None = None,
     start: Node | Nodes | None = None,
 ) -> Walk:
@@ -84,7 +84,7 @@ def walk_along(
 
 def walk_along_steps(
     embedding: Embedding,
-    curve: Sequence[Sequence[float]],
+    curve: np.ndarray | Sequence[Sequence[float]],
     settings: CurveSettings | None = None,
     start: Node | Nodes | None = None,
 ) -> Generator[Progress, None, Walk]:
@@ -97,7 +97,7 @@ def walk_along_steps(
     return (yield from follower.steps(follower.starts(start)))
 
 
-def curve_points(curve: Sequence[Sequence[float]], spacing: float) -> np.ndarray:
+def curve_points(curve: np.ndarray | Sequence[Sequence[float]], spacing: float) -> np.ndarray:
     """(n, 2) points along a polyline, its ends included, evenly at most ``spacing`` metres apart along it."""
     corners = np.asarray(curve, dtype=float)
     if corners.ndim != 2 or corners.shape[1] < 2 or len(corners) < 2 or not np.isfinite(corners).all():

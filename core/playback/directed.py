@@ -5,12 +5,12 @@ from collections.abc import Generator, Sequence
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
 from ..evaluation.reach import merged_frames_steps
 from ..progress import Progress, finish, portion
 from .course import NEVER, Course, keep_to_steps
-from .link_reader import LinkReader, Node
 from .walk import Trail, Walk, refuse_empty
 
 

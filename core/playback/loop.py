@@ -5,10 +5,10 @@ from collections.abc import Generator
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import Node
 from ..progress import Progress, finish, portion
 from .course import Course, keep_to_steps
 from .directed import course_steps
-from .link_reader import Node
 from .walk import Trail, Walk, begin
 from .weighted import Memory, Weighting, probabilities, uniform
 

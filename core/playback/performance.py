@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
 from .course import link_edits
 from .directed import course_steps, last_frame, quickest_steps, start_nodes
-from .link_reader import LinkReader, Node
 from .reservation import StencilPaths
 from .walk import Trail, Walk, refuse_empty
 

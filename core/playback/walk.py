@@ -8,9 +8,9 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
+from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
 from ..progress import Progress, finish
-from .link_reader import LinkReader, Node
 from .weighted import Crossing, Memory, Weighting, probabilities, uniform
 
 #: Links between two reports of progress.

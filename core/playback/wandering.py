@@ -10,9 +10,9 @@ from collections.abc import Generator, Iterator
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import Node
 from ..embedding.network import Nodes, difference, intersection
 from ..progress import Progress, finish
-from .link_reader import Node
 from .walk import Trail, Walk, begin
 
 #: Metres from one place to the next at the most: on large grounds the way to a far one costs more than it shows.

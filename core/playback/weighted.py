@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
-from .link_reader import LinkReader, Node
 
 #: Metres across the squares in which a walker remembers how often it came by.
 VISIT_SQUARE = 0.5
@@ -119,16 +119,6 @@ class PerClip:
         clip = np.array([graph.segments[s].clip for s in crossing.ends[:, 3]])
         weight = np.array([self.weights.get(graph.clips[c].name, 1.0) for c in clip])
         return weight / np.bincount(clip)[clip]
-
-
-@dataclass(frozen=True)
-class Product:
-    """Several weightings at once: their weights multiplied."""
-
-    weightings: tuple[Weighting, ...]
-
-    def __call__(self, crossing: Crossing) -> np.ndarray:
-        return np.prod([uniform(crossing), *(weighting(crossing) for weighting in self.weightings)], axis=0)
 
 
 class Memory:

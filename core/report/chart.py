@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from .color_scale import SERIES, ColorScale
 from .drawing import FAINT, INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark, Picture
-from .ticks import number_text, ticks
+from .ticks import ticks
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 20, 44, 50
 _LINE = 18
@@ -60,10 +61,10 @@ def line_chart(
     marks: list[Mark] = [Label(16, 24, title, 14, bold=True)]
     for value, place in zip(y_ticks, up(y_ticks), strict=True):
         marks.append(Line(np.array([[_LEFT, place], [right, place]]), FAINT))
-        marks.append(Label(_LEFT - 8, place + 4, number_text(value), 11, QUIET, Anchor.END))
+        marks.append(Label(_LEFT - 8, place + 4, wording.short(value), 11, QUIET, Anchor.END))
     for value, place in zip(x_ticks, across(x_ticks), strict=True):
         marks.append(Line(np.array([[place, bottom], [place, bottom + 4]]), QUIET))
-        marks.append(Label(place, bottom + 18, number_text(value), 11, QUIET, Anchor.MIDDLE))
+        marks.append(Label(place, bottom + 18, wording.short(value), 11, QUIET, Anchor.MIDDLE))
     marks.append(Line(np.array([[_LEFT, bottom], [right, bottom]]), QUIET))
     marks.append(Label((_LEFT + right) / 2, height - 12, x_label, 12, INK, Anchor.MIDDLE))
     marks.append(Label(16, (top + bottom) / 2, y_label, 12, INK, Anchor.MIDDLE, upright=True))
@@ -104,7 +105,7 @@ def bar_chart(title: str, unit: str, names: Sequence[str], values: Sequence[floa
         shown = name if len(name) <= left // 7 else name[: left // 7 - 1] + "…"
         marks.append(Label(left - 8, y + 12, shown, 12, INK, Anchor.END))
         marks.append(Box(left, y, max((right - left) * value / highest, 0.0), step - 6, SERIES[0]))
-        marks.append(Label(left + (right - left) * value / highest + 6, y + 12, number_text(value), 11, QUIET))
+        marks.append(Label(left + (right - left) * value / highest + 6, y + 12, wording.short(value), 11, QUIET))
     return Drawing(width, _TOP + len(names) * step + 12, tuple(marks))
 
 

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..environment.environment import Environment
 from ..environment.grid import SUBDIVISION
 from ..environment.regions import RegionRule
+from ..evaluation.floor import ruled_cells
 from .chart import ColorBar, Swatch, Trace, map_chart
 from .color_scale import CIVIDIS, GREYS, ColorScale
 from .drawing import Color, Drawing, Picture
@@ -20,10 +22,8 @@ from .floor_colors import (
     WALK,
     lightest_value,
     lightness,
-    ruled_cells,
     ruled_samples,
 )
-from .ticks import number_text
 
 #: Left against right.
 BALANCE = ColorScale("Balance", ((0.70, 0.30, 0.00), (0.96, 0.96, 0.94), (0.00, 0.33, 0.62)))
@@ -41,10 +41,19 @@ class FloorScene:
     environment : Environment
     obstacles : (4 nx, 4 ny) bool array, optional
         Samples on which something stands. Without it only what is too near an obstacle is known.
+    classes : tuple of frozenset of str
+        The combinations of tags that frames carry (``embedding.unrolling.sweep.classes``): where rules forbid all of
+        them, nothing can be reached. Without them only what regions require is known.
     """
 
     environment: Environment
     obstacles: np.ndarray | None = None
+    classes: tuple[frozenset[str], ...] = ()
+
+    @property
+    def ruled(self) -> np.ndarray:
+        """(nx, ny) bool: cells that can only be crossed, as :func:`..evaluation.floor.ruled_cells` says."""
+        return ruled_cells(self.environment, self.classes)
 
 
 @dataclass(frozen=True)
@@ -70,15 +79,17 @@ def amount_chart(
     walks: Sequence[FloorWalk] = (),
     scale: ColorScale = GREYS,
     lightest: float | None = None,
+    least: str = "few",
     width: int = 480,
 ) -> Drawing:
     """How much of something (nx, ny) there is in each cell; 0 is none.
 
     Colours grow with the square root, up to ``lightest`` (by default the 99th percentile), so that few can be told
-    from none. Give several maps that are to be compared the same ``lightest``.
+    from none. Give several maps that are to be compared the same ``lightest``. ``least`` stands at
+    the dark end.
     """
     end = lightest_value(values) if lightest is None else lightest
-    bar = ColorBar(scale, "few", f"{number_text(end)}{'+' if values.max(initial=0) > end else ''} {unit}")
+    bar = ColorBar(scale, least, f"{wording.short(end)}{'+' if values.max(initial=0) > end else ''} {unit}")
     colors = scale.colors(lightness(values, end))
     return floor_chart(scene, title, colors, values > 0, (bar,), missing, walks, width)
 
@@ -131,10 +142,12 @@ def floor_chart(
     environment, grid = scene.environment, scene.environment.grid
     pixels = floor_pixels(scene, colors, present)
     free = environment.free_cells()
-    ruled = ruled_cells(environment)
+    ruled = scene.ruled
     entries = list(legend)
     if np.any(free & ~present & ~ruled):
         entries.append(Swatch(UNREACHED, missing))
+    if np.any(ruled & ~present):
+        entries.append(Swatch(RULED, "only crossed, under a rule"))
     entries.append(Swatch(BLOCKED, "too near an obstacle"))
     if scene.obstacles is not None:
         entries.append(Swatch(OBSTACLE, "obstacle"))
@@ -151,7 +164,7 @@ def floor_pixels(scene: FloorScene, colors: np.ndarray, present: np.ndarray) -> 
     free = environment.free_cells()
     cells = np.array(colors, dtype=float)
     cells[~present & free] = UNREACHED
-    cells[~present & free & ruled_cells(environment)] = RULED
+    cells[~present & scene.ruled] = RULED
     cells[~present & ~free] = BLOCKED
     pixels = cells.repeat(SUBDIVISION, axis=0).repeat(SUBDIVISION, axis=1)
     pixels[environment.blocked] = BLOCKED

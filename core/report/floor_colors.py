@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..environment.environment import Environment
-from ..environment.grid import SUBDIVISION
 from ..environment.regions import RegionRule
 from .drawing import Color
 
@@ -28,15 +27,6 @@ def lightest_value(values: np.ndarray) -> float:
 def lightness(values: np.ndarray, lightest: float) -> np.ndarray:
     """0 to 1: how light cells with these values are. Square roots, because the values span several magnitudes."""
     return np.sqrt(np.clip(values / lightest, 0.0, 1.0))
-
-
-def ruled_cells(environment: Environment) -> np.ndarray:
-    """(nx, ny) bool: cells whose centre may be passed with the right tags only.
-
-    There a character can often pass without a segment ending, so that nothing is counted in them.
-    """
-    corner = SUBDIVISION // 2
-    return ruled_samples(environment)[corner::SUBDIVISION, corner::SUBDIVISION]
 
 
 def ruled_samples(environment: Environment) -> np.ndarray:

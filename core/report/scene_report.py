@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError, MotionGraphError
 from ..progress import Progress, finish, portion
@@ -32,15 +33,15 @@ class Topic(Enum):
 
     REACH = "Reach"
     WEAK_SPOTS = "Weak Spots"
+    CAPTURE = "What Is Missing"
+    IMPORTANCE = "What Matters"
+    TIMES = "Time to Reach"
     DETOURS = "Long Way Around"
     TURNS = "Turn Balance"
-    IMPORTANCE = "What Matters"
-    LINKS = "Links"
-    PRUNING = "Pruning"
-    CAPTURE = "What Is Missing"
-    TIMES = "Time to Reach"
     OCCUPANCY = "Occupancy"
     METRICS = "Metrics"
+    PRUNING = "Pruning"
+    LINKS = "Links"
 
 
 _STEPS: dict[Topic, tuple[SectionSteps, float]] = {
@@ -74,8 +75,10 @@ class ReportOptions:
     goal : Goal, optional
     obstacles : (4 nx, 4 ny) bool array, optional
         Samples on which something stands; without it maps show only what is too near an obstacle.
-    seed : int
-        Of the places that are drawn for path efficiency.
+    seed, n_pairs : int
+        Of the pairs of places that are drawn for path efficiency.
+    allowed_loss : float
+        Share of the covered floor that deleting clips together may cost.
     """
 
     title: str = "Scene"
@@ -84,6 +87,8 @@ class ReportOptions:
     goal: Goal | None = None
     obstacles: np.ndarray | None = None
     seed: int = 0
+    n_pairs: int = 100
+    allowed_loss: float = 0.01
 
     def __post_init__(self):
         if not self.topics:
@@ -135,7 +140,9 @@ def examine_scene_steps(
     """
     options = options or ReportOptions()
     topics = [topic for topic in Topic if topic in options.topics and (options.goal or topic is not Topic.TIMES)]
-    questions = Questions(options.thorough, options.goal, options.obstacles, options.seed)
+    questions = Questions(
+        options.thorough, options.goal, options.obstacles, options.seed, options.n_pairs, options.allowed_loss
+    )
     total = sum(_STEPS[topic][1] for topic in topics)
     found: dict[Topic, Contribution] = {}
     done = 0.0
@@ -185,9 +192,11 @@ def _lead(embedding: Embedding) -> str:
     used = len({segment.clip for segment in graph.segments})
     seconds = sum(segment.duration for segment in graph.segments)
     return (
-        f"{len(graph.segments)} motion segments ({seconds:.0f} s) of {used} clips and {len(graph.links)} links between "
-        f"them, on a ground of {grid.size[0]:g} x {grid.size[1]:g} m in cells of {100 * grid.cell_size:g} cm and "
-        f"{grid.n_headings} headings: {embedding.n_nodes:,} nodes and {embedding.n_links:,} links."
+        f"{wording.counted(len(graph.segments), 'motion segment')} ({seconds:.0f} s) of "
+        f"{wording.counted(used, 'clip')} and {wording.counted(len(graph.links), 'link')} between them, on a ground of "
+        f"{grid.size[0]:g} x {grid.size[1]:g} m in cells of {100 * grid.cell_size:g} cm and "
+        f"{wording.counted(grid.n_headings, 'heading')}. Unrolled into the scene: "
+        f"{wording.counted(embedding.n_nodes, 'node')} and {wording.counted(embedding.n_links, 'link')}."
     )
 
 

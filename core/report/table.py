@@ -2,11 +2,14 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 import numpy as np
+
+from .. import wording
 
 Cell = str | int | float | bool | None
 
@@ -36,10 +39,34 @@ class Table:
         return [dict(zip(self.columns, (plain(cell) for cell in row), strict=True)) for row in self.rows]
 
     def html(self) -> str:
-        """A table element; numbers are aligned to the right."""
-        head = "".join(f"<th>{escape(column)}</th>" for column in self.columns)
-        body = "".join(f"<tr>{''.join(_html_cell(cell) for cell in row)}</tr>" for row in self.rows)
+        """A table element as people read it; numbers are aligned to the right.
+
+        A last column "unit" says how the numbers of each row are meant; elsewhere the name of the column does:
+        its unit in brackets, or "share" for shares from 0 to 1.
+        """
+        by_row = self.columns[-1:] == ("unit",)
+        columns = self.columns[:-1] if by_row else self.columns
+        head = "".join(f"<th>{escape(_UNITS.sub(_raised, column))}</th>" for column in columns)
+        body = ""
+        for row in self.rows:
+            cells = row[:-1] if by_row else row
+            units = [f" {row[-1]}"] * len(cells) if by_row else [_unit_of(column) for column in columns]
+            shown = zip(cells, units, strict=True)
+            body += f"<tr>{''.join(_html_cell(cell, unit) for cell, unit in shown)}</tr>"
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+_UNITS = re.compile(r"\b(m|rad)2\b")
+
+
+def _raised(unit: re.Match[str]) -> str:
+    return f"{unit[1]}²"
+
+
+def _unit_of(column: str) -> str:
+    """What numbers of a column are: "share", or the unit in its name."""
+    unit = re.search(r"\(([^()]*)\)$", column)
+    return unit[1] if unit else "share" if re.search(r"\bshare\b", column) else ""
 
 
 def plain(value):
@@ -51,17 +78,31 @@ def plain(value):
     return value
 
 
-def _html_cell(cell: Cell) -> str:
+def _html_cell(cell: Cell, unit: str) -> str:
     cell = plain(cell)
     if cell is None:
         return "<td>-</td>"
     if isinstance(cell, bool):
         return f"<td>{'yes' if cell else 'no'}</td>"
-    if isinstance(cell, int):
-        return f'<td class="number">{cell:,}</td>'
-    if isinstance(cell, float):
-        return f'<td class="number">{cell:,.4g}</td>' if abs(cell) < 1e4 else f'<td class="number">{cell:,.0f}</td>'
+    if isinstance(cell, int | float):
+        return f'<td class="number">{escape(_words(cell, unit))}</td>'
     return f"<td>{escape(cell)}</td>"
+
+
+def _words(number: int | float, unit: str) -> str:
+    """A number as people read it; a unit that begins with a space is said, others stand in the head of the column."""
+    said, unit = unit.startswith(" "), unit.strip()
+    if unit == "share" and 0 <= number <= 1:
+        return wording.share(number)
+    if isinstance(number, int):
+        text = f"{number:,}"
+    elif unit in ("m2", "m", "s"):
+        text = wording.amount(number)
+    else:
+        # Costs, variabilities, coordinates of whatever size: four digits, and never an exponent.
+        size = abs(number)
+        text = f"{number:,.0f}" if size >= 1000 else f"{number:.4g}" if size >= 1e-4 else "0"
+    return f"{text} {_UNITS.sub(_raised, unit)}".rstrip() if said else text
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> Table:

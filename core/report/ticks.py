@@ -16,13 +16,3 @@ def ticks(low: float, high: float, n: int = 5) -> np.ndarray:
     step = magnitude * min(s for s in _STEPS if s * magnitude >= rough * (1 - 1e-9))
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
     return np.arange(first, last + 1) * step
-
-
-def number_text(value: float) -> str:
-    """A number as short as it can be told: 1.5 k, 44 M, 0.25."""
-    if value == 0:
-        return "0"
-    for size, letter in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
-        if abs(value) >= size * 0.9995:
-            return f"{value / size:.3g}{letter}"
-    return f"{value:.3g}"

@@ -15,6 +15,7 @@ from enum import Enum
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, union
 from ..errors import TuningError
@@ -131,7 +132,7 @@ class BudgetedPruning:
     def describe(self) -> str:
         """The result in a sentence."""
         unit = self.settings.limit.value.lower()
-        kept = f"{100 * self.coverage_kept:.1f} % of the {self.settings.places.value.lower()}"
+        kept = f"{wording.share(self.coverage_kept)} of the {self.settings.places.value.lower()}"
         worth = ""
         asked = self.settings.measure
         if asked is not None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding, restrict_steps, with_nodes
 from ..embedding.network import Nodes, count
+from ..evaluation.floor import floor_cells
 from ..evaluation.variability import coverage
 from ..progress import Progress, finish, portion
 from .growth import component_around_steps
@@ -54,8 +55,6 @@ def pruning_curve(embedding: Embedding) -> PruningCurve:
 def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, PruningCurve]:
     """As :func:`pruning_curve`, as a generator that yields progress."""
     ranks = yield from portion(ranks_steps(embedding), 0.0, 0.1)
-    free = embedding.environment.free_cells()
-    n_free = max(np.count_nonzero(free), 1)
     rows: list[tuple[int, int, float, float]] = []
     pruned: Embedding | None = None
     while embedding.n_nodes and pruned is not embedding:
@@ -67,7 +66,7 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
         else:
             steps = _largest_steps(embedding, nodes, pruned)
             pruned = yield from portion(steps, start, start + 0.9 / embedding.shape[3])
-        covered = coverage(pruned) & free[:, :, None]
+        covered, n_free = coverage(pruned), max(np.count_nonzero(floor_cells(pruned)), 1)
         floor = np.count_nonzero(covered.any(axis=2)) / n_free
         share = np.count_nonzero(covered) / (n_free * embedding.shape[2])
         rows.append((pruned.n_nodes, pruned.n_links, floor, share))

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 class Benchmark:
     """What is timed, the obvious way to do the same (None where there is none to compare with), and their results.
 
-    ``counts`` turns a result into numbers for the record; both ways must agree on those of the same name.
+    ``counts`` turns a result into numbers for the record; both ways must agree on those of the same name. What is
+    started in a process of its own is run once, and tells its ``peak_mb`` among the counts.
     """
 
     run: Callable[[], object]
@@ -21,10 +22,16 @@ class Benchmark:
     reference_name: str | None = None
     repeats: int = 5
     reference_repeats: int = 3
+    own_process: bool = False
 
 
 def measure(name: str, benchmark: Benchmark) -> dict:
     """One record of the results file: medians, with the reference run in turn; memory in a run of its own."""
+    if benchmark.own_process:
+        start = time.perf_counter()
+        counts = benchmark.counts(benchmark.run())
+        alone = {"reference": None, "reference_seconds": None, "ratio": None}
+        return {"name": name, "seconds": time.perf_counter() - start, **alone, **counts}
     seconds, reference_seconds = [], []
     record = {"name": name, **benchmark.counts(benchmark.run())}
     for turn in range(benchmark.repeats):
@@ -62,5 +69,6 @@ def line(record: dict) -> str:
             f"   {record['ratio']:5.1f} times faster than {record['reference']} ({record['reference_seconds']:.2f} s)"
         )
     known = ("name", "seconds", "peak_mb", "reference", "reference_seconds", "ratio")
-    counts = ", ".join(f"{value:,} {key}" for key, value in record.items() if key not in known)
+    told = {key: value if isinstance(value, str) else f"{value:,}" for key, value in record.items() if key not in known}
+    counts = ", ".join(f"{value} {key}" for key, value in told.items())
     return f"{figures}   {counts}"

@@ -1,10 +1,14 @@
 """Loads beyond any everyday scene: 500 clips, a rig of 300 bones, two million triangles, a hundred embeddings.
 
-``python3 dev.py bench load_clips load_bones load_triangles load_again``. There is nothing to compare them with; what
-counts is that they end, and what they take.
+``python3 dev.py bench load_clips load_bones load_triangles load_again load_actions``. There is nothing to compare them
+with; what counts is that they end, and what they take.
 """
 
+import json
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -94,7 +98,18 @@ def a_hundred_embeddings() -> Benchmark:
     return Benchmark(run, counts=lambda made: {"nodes": made.n_nodes}, repeats=1)
 
 
+def five_hundred_actions() -> Benchmark:
+    """The same through the add-on: actions listed, read, examined and made a graph of, in Blender."""
+
+    def run() -> str:
+        command = [sys.executable, str(Path(__file__).with_name("blender_loads.py")), "actions", "500"]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+    return Benchmark(run, counts=lambda told: json.loads(told.rpartition("RECORD ")[2]), own_process=True)
+
+
 BENCHMARKS = {
+    "load_actions": five_hundred_actions,
     "load_clips": five_hundred_clips,
     "load_bones": three_hundred_bones,
     "load_triangles": two_million_triangles,

@@ -161,3 +161,20 @@ def random_problem(seed, tiled):
             mask[x : x + rng.integers(1, size[0] + 1), y : y + rng.integers(1, size[1] + 1)] = True
             regions.append(RegionMask(rule.name, rule, str(rng.choice(["step", "jump"])), mask))
     return graph, Environment(grid, blocked, tuple(regions))
+
+
+def slow_floor(graph, environment, covered):
+    """(nx, ny) bool: the cells that coverage is a share of, one by one; ``covered`` are those with a node."""
+    tags = {
+        frozenset(t for t in environment.tags if t in segment.tags and segment.tags[t][frame])
+        for segment in graph.segments
+        for frame in range(segment.n_frames)
+    }
+    bare = Environment(environment.grid, environment.blocked)
+    floor = np.zeros(environment.grid.shape[:2], dtype=bool)
+    for x, y in np.ndindex(floor.shape):
+        centre = (4 * x + 2, 4 * y + 2)
+        required = any(r.rule is RegionRule.REQUIRE and r.mask[centre] for r in environment.regions)
+        ruled = required or not any(point_free(environment, t, centre) for t in tags)
+        floor[x, y] = point_free(bare, frozenset(), centre) and (not ruled or covered[x, y])
+    return floor

@@ -147,7 +147,7 @@ def test_what_is_missing_is_found_and_said():
     best = found.gains[0]
     assert best.floor == pytest.approx(9 * 0.04)
     assert "turn on the spot" in best.candidate.words
-    assert found.describe()[0] == f"{best.candidate.words.capitalize()} would open 0.4 m2."
+    assert found.describe()[0] == f"{best.candidate.words.capitalize()} would open 0.36 m²."
     straight = next(gain for gain in found.gains if gain.candidate.words == "a straight walk of 1.6 m")
     assert straight.floor == 0 and straight.describe() == "A straight walk of 1.6 m would open nothing."
     columns, rows = found.table()

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.link_reader import LinkReader
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.playback.curve import MEASURED_FRAMES, CurveSettings, curve_points, walk_along
-from core.playback.link_reader import LinkReader
 from core.playback.walk import Walk, random_walk
 
 from .explicit_walks import assert_links

@@ -10,12 +10,12 @@ from scipy.sparse.csgraph import dijkstra
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.link_reader import LinkReader
 from core.errors import WalkError
 from core.evaluation.why_not import Reason, why_not
 from core.playback.course import HEADING_LEVER, link_edits
 from core.playback.destination import destination, reason_at
 from core.playback.directed import rows_of, shortest_walk, walk_through
-from core.playback.link_reader import LinkReader
 from tests.bench import problems
 
 from .explicit_walks import assert_links, some_nodes

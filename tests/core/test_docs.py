@@ -13,6 +13,7 @@ from core.embedding.component import EXPLICIT_LINKS
 from core.embedding.footprint import STANDING_LENGTH, FootprintSettings
 from core.embedding.settings import EmbeddingSettings
 from core.evaluation.ablation import COLLAPSED_SHARE, IMPORTANT_FLOOR, IMPORTANT_PLACES, SPARE_SHARE
+from core.evaluation.geodesic import REACH
 from core.evaluation.weak_spots import WeakSpotSettings
 from core.evaluation.why_not import Reason
 from core.motion.contacts import ContactSettings
@@ -20,8 +21,11 @@ from core.motion.distance import CostSettings
 from core.motion.doctor import FindingKind
 from core.motion.graph_settings import MotionGraphSettings
 from core.playback.cleanup import CleanupSettings
+from core.playback.crowd import CrowdSettings
 from core.playback.curve import CurveSettings
+from core.playback.loop import ATTEMPTS
 from core.playback.synthesis import SynthesisSettings
+from core.playback.wandering import FARTHEST
 from core.study.plan import read_plan
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,18 +139,16 @@ def test_every_finding_is_explained():
 
 
 def test_every_reason_is_explained():
-    rows = {row[0] for row in table_rows(GUIDE, "## Maps")}
-    labels = {label for label in strings("addon") if label in rows}
-    # All reasons but "Can Go Here", and the rule of a region.
-    assert len(labels & set(_reason_labels())) == len(Reason)
+    explained, labels = {row[0] for row in table_rows(GUIDE, "## Maps")}, _reason_labels()
+    # All but that of places that can be reached.
+    assert len(labels) == len(Reason) and set(labels) - explained == {"Can Go Here"}
 
 
 def _reason_labels() -> list[str]:
-    """The labels that the interface gives to reasons, without that of places that can be reached."""
+    """The labels that the interface gives to reasons."""
     tree = dict(sources("addon"))["addon/render/reason_colors.py"]
     tables = [node for node in ast.walk(tree) if isinstance(node, ast.Dict)]
-    labels = [value.value for table in tables for value in table.values if isinstance(value, ast.Constant)]
-    return [*(label for label in labels if label != "Can Go Here"), "Crossed by a Region's Rule"]
+    return [value.value for table in tables for value in table.values if isinstance(value, ast.Constant)]
 
 
 def test_every_map_is_explained():
@@ -189,7 +191,11 @@ def test_the_method_states_the_defaults():
         f"Areas under {WeakSpotSettings().min_area} m²",
         f"{IMPORTANT_FLOOR:.0%} of the floor or more, or {IMPORTANT_PLACES:.0%} of the places".replace("%", " %"),
         f"{SPARE_SHARE:.1%} or more of either".replace("%", " %"),
+        f"straight lines between the centres of cells up to {REACH} cells apart in x and y",
+        f"drawn evenly from the covered floor within {FARTHEST:g} m",
         f"no point holds more than {CurveSettings().beam} nodes",
+        f"as can be found in {ATTEMPTS} tries",
+        f"the way to plan again ({CrowdSettings().repairs} times)",
         f"a window of {synthesis.shortest_blend} to {synthesis.blend_duration} s",
         f"turned faster than {synthesis.blend_rate} rad/s",
         f"at most {synthesis.root_tolerance} m near a seam",

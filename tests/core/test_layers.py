@@ -1,11 +1,14 @@
 """The one rule of the layout, proved on the source: addon -> core, never back, and core in layers."""
 
 import ast
+import os
+import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -156,6 +159,18 @@ def test_the_source_keeps_to_its_layers():
 def test_every_folder_of_core_has_its_place_in_the_order():
     folders = {path.split("/")[1] for path in read_sources("core") if path.count("/") > 1}
     assert folders <= set(CORE_LAYERS)
+
+
+def test_all_of_core_loads_where_there_is_nothing_but_numpy_and_scipy(tmp_path):
+    packages = Path(numpy.__file__).parents[1]
+    for found in [*packages.glob("numpy*"), *packages.glob("scipy*")]:
+        (tmp_path / found.name).symlink_to(found)
+    modules = sorted(module_name(path) for path in read_sources("core"))
+    # -S: without the folder of all installed packages.
+    command = [sys.executable, "-S", "-c", "import " + ", ".join(modules)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    result = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
 
 
 def test_blender_stays_in_addon():

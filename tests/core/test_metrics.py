@@ -9,23 +9,27 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 
+from core import wording
 from core.embedding.embedding import EmbeddingSettings, embed, restrict
-from core.embedding.footprint import FootprintSettings
+from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EvaluationError
 from core.evaluation.ablation import Kind, parts
 from core.evaluation.action_coverage import action_coverage
-from core.evaluation.detours import detours
+from core.evaluation.detours import detours, mean_speed
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.geodesic import Geodesics
+from core.evaluation.goals import goal_in_cells
 from core.evaluation.link_utility import link_utility
 from core.evaluation.maneuverability import maneuverabilities
-from core.evaluation.path_efficiency import mean_speed, path_efficiency
+from core.evaluation.path_efficiency import PathEfficiency, path_efficiency
+from core.evaluation.quickest_way import WalkedLengths
+from core.evaluation.reach import time_to_reach
 from core.evaluation.turn_balance import turn_balance
 
 from .motion_graphs import sample_graph
-from .reference import random_problem
+from .reference import random_problem, slow_floor
 from .slow_motions import slower
 
 SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
@@ -71,10 +75,11 @@ def all_links(embedding):
 @given(SEEDS, st.booleans())
 def test_environment_coverage(seed, tiled):
     embedding = random_embedding(seed, tiled)
-    found, free = environment_coverage(embedding), embedding.environment.free_cells()
-    covered = embedding.node_mask().any(axis=3)
+    found, covered = environment_coverage(embedding), embedding.node_mask().any(axis=3)
+    free = slow_floor(embedding.graph, embedding.environment, covered.any(axis=2))
     cell = embedding.environment.grid.cell_size**2
-    inside = [(x, y, h) for x, y, h in np.argwhere(covered).tolist() if free[x, y]]
+    assert np.array_equal(found.floor, free) and free[covered.any(axis=2)].all()
+    inside = np.argwhere(covered).tolist()
     places = {(x, y) for x, y, _ in inside}
     n_free = max(np.count_nonzero(free), 1)
     assert np.array_equal(found.covered, covered)
@@ -92,7 +97,7 @@ def test_environment_coverage(seed, tiled):
 def test_action_coverage(seed, tiled, kind):
     embedding = random_embedding(seed, tiled)
     found, links, shape = action_coverage(embedding, kind), all_links(embedding), embedding.shape
-    free = embedding.environment.free_cells()
+    free = slow_floor(embedding.graph, embedding.environment, embedding.covered().any(axis=2))
     assert list(found.actions) == parts(embedding.graph, kind)
     for index, action in enumerate(found.actions):
         begins = np.zeros(shape[:2], dtype=bool)
@@ -100,7 +105,7 @@ def test_action_coverage(seed, tiled, kind):
             if end % shape[3] in action.segments:
                 begins[np.unravel_index(start, shape)[:2]] = True
         assert np.array_equal(found.begins[index], begins)
-        n_cells = np.count_nonzero(begins & free)
+        n_cells = np.count_nonzero(begins)
         assert found.areas[index] == pytest.approx(n_cells * embedding.environment.grid.cell_size**2)
         assert found.shares[index] == pytest.approx(n_cells / max(np.count_nonzero(free), 1))
     assert found.ranked() == sorted(range(len(found.actions)), key=lambda i: found.areas[i])
@@ -194,26 +199,80 @@ def quickest_between(embedding, starts, goals):
     return np.array(seconds)
 
 
+def slow_walked(embedding, links, start, goal):
+    """Metres of the walk that follows written-out links, the quickest and of these the shortest first."""
+    shape, graph, known = embedding.shape, embedding.graph, embedding.unrolling.stencils
+    frames = {}
+    nodes, matrix = embedding.to_csr()
+    there = np.flatnonzero((nodes[:, :2] == goal).all(axis=1))
+    times = np.round(dijkstra(sparse.csr_array(matrix.T), indices=there, min_only=True) * graph.frame_rate)
+    for node, time in zip(nodes, times, strict=True):
+        frames[int(np.ravel_multi_index(tuple(node), shape))] = time
+    here = [
+        (frames[int(np.ravel_multi_index((*start, heading, segment), shape))], segment, heading)
+        for segment in range(shape[3])
+        for heading in range(shape[2])
+        if int(np.ravel_multi_index((*start, heading, segment), shape)) in frames
+    ]
+    left, segment, heading = min(here)
+    node, metres = int(np.ravel_multi_index((*start, heading, segment), shape)), 0.0
+    while left > 0:
+        ways = []
+        for _, end, k in links[links[:, 0] == node].tolist():
+            played = graph.segments[known.segment[k]]
+            if frames[end] + played.n_frames - 1 == left:
+                errors = known.position_error[k], known.heading_error[k]
+                path = edited_path(played, int(known.heading[k]), embedding.environment.grid, *errors)
+                ways.append((sum(np.hypot(*step) for step in np.diff(path[:, :2], axis=0)), k, end))
+        length, _, node = min(ways)
+        metres, left = metres + length, frames[node]
+    return metres
+
+
+@settings(max_examples=30)
+@given(SEEDS, st.booleans())
+def test_the_walked_length_is_that_of_a_quickest_walk(seed, tiled):
+    embedding = random_embedding(seed, tiled)
+    cells = np.argwhere(embedding.covered().any(axis=2))
+    if len(cells) == 0:
+        return
+    goal, starts, links = cells[seed % len(cells)], cells[:: max(len(cells) // 3, 1)], all_links(embedding)
+    mask = np.zeros(embedding.shape[:2], dtype=bool)
+    mask[tuple(goal)] = True
+    field = time_to_reach(embedding, goal_in_cells(embedding, mask))
+    walked = WalkedLengths(embedding).from_cells(field, starts)
+    assert walked == pytest.approx([slow_walked(embedding, links, tuple(start), goal) for start in starts.tolist()])
+
+
 def test_path_efficiency():
     embedding = room_embedding()
     found = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
-    assert len(found.seconds) == 20 and len(np.unique(found.goals, axis=0)) == 6
+    assert len(found.seconds) == 20 and found.n_goals == 6
     covered = embedding.covered().any(axis=2)
     assert covered[tuple(found.starts.T)].all() and covered[tuple(found.goals.T)].all()
     assert np.allclose(found.seconds, quickest_between(embedding, found.starts, found.goals), atol=1e-5)
     geodesics = Geodesics(embedding.environment)
     metres = [geodesics.distances(start)[0][tuple(goal)] for start, goal in zip(found.starts, found.goals, strict=True)]
-    assert np.allclose(found.metres, metres) and found.metres.min() >= 1
-    assert found.speed == pytest.approx(mean_speed(embedding.graph))
-    assert np.allclose(found.efficiency * found.seconds * found.speed, found.metres)
+    assert np.allclose(found.metres, np.minimum(metres, found.walked)) and min(metres) >= 1
+    straight = np.linalg.norm((found.starts - found.goals) * embedding.environment.grid.cell_size, axis=1)
+    assert np.all(found.walked >= straight - 1e-9)
+    assert np.allclose(found.efficiency, found.metres / found.walked)
+    assert found.efficiency.min() > 0 and found.efficiency.max() <= 1 and found.efficiency.mean() < 1
     assert found.efficiency[found.worst] == found.efficiency.min()
-    assert f"{100 * found.mean:.0f} %" in found.describe()
+    assert f"{found.mean:.1%} \u00b1 {found.standard_error:.1%} (20 pairs, 6 goals)" in found.describe()
     again = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
     assert np.array_equal(found.starts, again.starts)
-    assert np.allclose(
-        path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6, speed=2.0).efficiency * 2.0,
-        found.efficiency * found.speed,
-    )
+
+
+def test_pairs_that_share_a_goal_make_no_mean_surer():
+    """The same pairs twice say nothing new; different goals do."""
+    goals = np.array([[0, 0], [0, 0], [1, 0], [1, 0], [2, 0], [2, 0]])
+    walked = np.array([1.0, 1.0, 2.0, 2.0, 4.0, 4.0])
+    found = PathEfficiency(goals, goals, walked, walked, np.ones(6))
+    once = PathEfficiency(goals[::2], goals[::2], walked[::2], walked[::2], np.ones(3))
+    assert found.standard_error == pytest.approx(once.standard_error)
+    assert once.standard_error == pytest.approx(np.std([1, 0.5, 0.25], ddof=1) / np.sqrt(3))
+    assert PathEfficiency(goals[:2], goals[:2], walked[:2], walked[:2], np.ones(2)).standard_error == 0
 
 
 def test_detours():
@@ -245,7 +304,7 @@ def test_detours():
         else:
             assert np.isnan(found.mean[place]) and np.isnan(found.worst[place])
             assert tuple(found.worst_goal[place]) == (-1, -1)
-    assert f"{np.nanmax(found.worst):.1f} s longer" in found.describe()
+    assert f"{wording.time(np.nanmax(found.worst))} longer" in found.describe()
 
 
 def test_what_cannot_be_measured_is_said():

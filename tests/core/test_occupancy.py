@@ -14,7 +14,7 @@ from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.errors import EmbeddingError
 from core.evaluation import walkers
-from core.evaluation.occupancy import occupancy, occupancy_steps, simulated_occupancy, visits
+from core.evaluation.occupancy import free_ground, occupancy, occupancy_steps, simulated_occupancy, visits
 from core.motion.graph import MotionGraph, MotionSegment
 from core.playback.walk import random_walk
 from tests.bench import problems
@@ -81,7 +81,22 @@ def test_time_on_the_floor_is_that_of_every_link(seed, tiled):
                     for dx, dy in half:
                         time[(x + dx) % nx, (y + dy) % ny] += chance
     found = occupancy(embedding, 1e-9, 50_000)
-    assert np.abs(found.floor - time / time.sum()).sum() < 1e-5
+    assert np.abs(found.floor - free_ground(embedding.environment, time) / time.sum()).sum() < 1e-5
+    free = embedding.environment.free_cells()
+    assert not found.floor[~free].any() and found.visited_area <= free.sum() * grid.cell_size**2 + 1e-9
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_time_beside_the_free_ground_counts_in_the_nearest_free_cell(seed, tiled):
+    environment = random_problem(seed, tiled)[1]
+    free, (nx, ny, _) = environment.free_cells(), environment.grid.shape
+    assume(free.any())
+    single = np.eye(nx * ny).reshape(-1, nx, ny)
+    for place, moved in zip(np.ndindex(nx, ny), free_ground(environment, single), strict=True):
+        (there,) = np.argwhere(moved)
+        away = [np.abs(np.subtract(cell, place)) for cell in [there, *np.argwhere(free)]]
+        away = [np.hypot(*(np.minimum(a, (nx, ny) - a) if tiled else a)) for a in away]
+        assert moved[tuple(there)] == 1 and free[tuple(there)] and away[0] == pytest.approx(min(away[1:]))
 
 
 def ring(n_cells, n_frames=2):
@@ -143,7 +158,7 @@ def test_statistics_of_uneven_time():
     assert found.visited_area == pytest.approx(0.12)
     first = min(0.5 / shares[0], 1.0) if shares[0] >= 0.5 else 1 + (0.5 - shares[0]) / shares[1]
     assert found.half_time_share == pytest.approx(first / 3)
-    assert "0.12 m2" not in found.describe()[0] and "evenly" in found.describe()[1]
+    assert "0.12 m²" not in found.describe()[0] and "evenly" in found.describe()[1]
 
 
 def squared_deviations(exact, simulated):

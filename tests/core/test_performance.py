@@ -10,11 +10,11 @@ from scipy.sparse.csgraph import dijkstra
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.link_reader import LinkReader
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.evaluation.goals import segments_of_clip, segments_with_tag
-from core.playback.link_reader import LinkReader
 from core.playback.performance import continued, perform
 from core.playback.walk import Walk, random_node, random_walk
 

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
@@ -17,7 +18,7 @@ from core.report.drawing import Label, Line, Picture, svg
 from core.report.page import Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from core.report.png import png_bytes
 from core.report.table import table
-from core.report.ticks import number_text, ticks
+from core.report.ticks import ticks
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -48,13 +49,6 @@ def test_ticks_are_even_and_hold_the_range(low, width, n):
 def test_ticks_of_a_single_value():
     assert ticks(3.0, 3.0)[0] < 3.0 < ticks(3.0, 3.0)[-1]
     assert ticks(0.0, 0.0)[0] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("value", "text"), [(0, "0"), (0.25, "0.25"), (999, "999"), (1500, "1.5 k"), (999_999, "1 M"), (44e6, "44 M")]
-)
-def test_numbers_are_short(value, text):
-    assert number_text(value) == text
 
 
 def test_line_chart_has_each_point_at_its_place():
@@ -104,11 +98,21 @@ def test_color_scales_begin_and_end_where_they_should_and_get_lighter():
         assert np.all(np.diff(colors @ [0.2126, 0.7152, 0.0722]) > 0)
 
 
+def test_tables_say_numbers_in_the_words_of_their_columns_or_rows():
+    by_column = table(["n", "share of it", "cost (rad2)", "wait (s)"], [[12345, 0.5, 0.12345678, 12.345]])
+    shown = re.findall(r"<td[^>]*>(.*?)</td>", by_column.html())
+    assert shown == ["12,345", "50.0%", "0.1235", "12.3"]
+    by_row = table(["what", "amount", "unit"], [["floor", 12.345, "m2"], ["part", 0.5, "share"], ["links", 2, "links"]])
+    shown = re.findall(r"<td[^>]*>(.*?)</td>", by_row.html())
+    assert shown == ["floor", "12.3 m²", "part", "50.0%", "links", "2 links"] and "<th>unit</th>" not in by_row.html()
+    assert "12.345,m2" in by_row.csv()
+
+
 def test_table_as_csv_records_and_html():
     found = table(["name", "area (m2)"], [["a, b", np.float64(1.5)], ["c", None], ["d", np.nan]])
     assert list(csv.reader(io.StringIO(found.csv()))) == [["name", "area (m2)"], ["a, b", "1.5"], ["c", ""], ["d", ""]]
     assert found.records()[0] == {"name": "a, b", "area (m2)": 1.5} and found.records()[2]["area (m2)"] is None
-    assert '<td class="number">1.5</td>' in found.html()
+    assert '<td class="number">1.50</td>' in found.html() and "<th>area (m²)</th>" in found.html()
     with pytest.raises(ValueError, match="2 columns"):
         table(["name", "area"], [["a"]])
 

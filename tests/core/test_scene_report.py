@@ -16,8 +16,10 @@ from core.environment.regions import RegionMask, RegionRule
 from core.errors import EvaluationError
 from core.evaluation.ablation import Kind, ablate
 from core.evaluation.environment_coverage import environment_coverage
+from core.evaluation.floor import ruled_cells
 from core.evaluation.goals import goal_at
 from core.evaluation.reach import PAPER_TIMES, time_to_reach
+from core.evaluation.telling_times import telling_times
 from core.evaluation.turn_balance import turn_balance
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.motion.repertoire import sample_repertoire
@@ -25,7 +27,7 @@ from core.progress import finish
 from core.report.chart import Trace, map_chart
 from core.report.drawing import Line, Picture
 from core.report.floor_chart import FloorScene, amount_chart, band_chart, floor_pixels, picture_of
-from core.report.floor_colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED, ruled_cells
+from core.report.floor_colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED
 from core.report.scene_report import (
     QUICK_TOPICS,
     Goal,
@@ -72,7 +74,8 @@ def test_numbers_are_those_of_the_evaluations(walked, report):
     assert walked.n_links <= numbers["reach"]["possible_links"] - lost
     assert numbers["turns"]["turn_balance"] == turn_balance(walked).total
     field = time_to_reach(walked, goal_at(walked, (4.0, 1.0), 0.5))
-    assert list(numbers["times"]["areas_m2"].values()) == field.areas(PAPER_TIMES)
+    times = telling_times(field.floor())
+    assert numbers["times"]["areas_m2"] == dict(zip(map(str, times), field.areas(times), strict=True))
     losses = ablate(walked, [Kind.CLIP]).ranked(Kind.CLIP)
     assert [row["name"] for row in numbers["importance"]["ablation_clips"]] == [loss.part.name for loss in losses]
     curve = pruning_curve(walked)
@@ -128,7 +131,8 @@ def test_pictures_show_obstacles_rules_and_what_is_out_of_reach(walked):
     band = pixels[:, 66:68].reshape(-1, 3)
     assert (band == STEP).all(axis=1).any() and not (band == UNREACHED).all(axis=1).any()
     ruled = ruled_cells(walked.environment)
-    assert ruled.any() and np.all(ruled == walked.environment.regions[0].mask[2::4, 2::4])
+    assert ruled.any()
+    assert np.all(ruled == (walked.environment.regions[0].mask[2::4, 2::4] & walked.environment.free_cells()))
     never = floor_pixels(scene, np.full((20, 24, 3), 0.5), np.zeros((20, 24), dtype=bool))
     assert (never[ruled.repeat(SUBDIVISION, 0).repeat(SUBDIVISION, 1)] == RULED).all(axis=1).any()
 

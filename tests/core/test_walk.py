@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings, edited_path
+from core.embedding.link_reader import LinkReader
 from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import Region, RegionRule
 from core.errors import WalkError
-from core.playback.link_reader import LinkReader
 from core.playback.walk import nearest_node, random_walk
 
 from .geometry import box_triangles

@@ -24,7 +24,7 @@ from core.evaluation.why_not import Reason, why_not
 
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph
-from .reference import random_problem
+from .reference import random_problem, slow_floor
 
 SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 
@@ -75,7 +75,7 @@ def test_equals_the_brushfire_over_the_maps(seed, tiled, domain, diagonal, thres
     grid = embedding.environment.grid
     found = weak_spots(embedding, WeakSpotSettings(domain, threshold, min_area, diagonal))
     values = floor_variability(embedding) if domain is Domain.FLOOR else variability(embedding)
-    free = embedding.environment.free_cells()
+    free = slow_floor(embedding.graph, embedding.environment, np.zeros(embedding.shape[:2], dtype=bool))
     free = free if domain is Domain.FLOOR else np.broadcast_to(free[:, :, None], values.shape)
     reasons = why_not(embedding)
     element = grid.cell_size**2 / (1 if domain is Domain.FLOOR else grid.n_headings)
@@ -153,7 +153,7 @@ def test_a_closed_chamber_is_found_with_size_place_and_words():
     assert spot.position == pytest.approx((-0.5, -0.5), abs=0.11)
     assert spot.low == pytest.approx((-0.9, -0.9), abs=0.11) and spot.high == pytest.approx((-0.1, -0.1), abs=0.11)
     assert (spot.mean_variability, spot.lowest_variability, spot.heading) == (0, 0, None)
-    assert "m2 around (-0." in spot.describe() and "cannot be reached" in spot.describe()
+    assert "m² around (-0." in spot.describe() and "cannot be reached" in spot.describe()
     assert weak_spots(embedding, WeakSpotSettings(min_area=2)).describe() == "There are no weak spots."
 
 

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.link_reader import LinkReader
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.evaluation.variability import segment_variability
-from core.playback.link_reader import LinkReader
 from core.playback.walk import draw, random_node, random_walk
-from core.playback.weighted import ByGoodness, Evenly, Memory, PerClip, Product, by_variability, uniform
+from core.playback.weighted import ByGoodness, Evenly, Memory, PerClip, by_variability, uniform
 
 from .explicit_walks import assert_links
 from .motion_graphs import sample_graph
@@ -83,12 +83,6 @@ def test_clips_share_their_weight(room, crossing):
         PerClip({"no such": 1.0})(crossing)
     with pytest.raises(WalkError, match="zero or more"):
         PerClip({first: -1.0})
-
-
-def test_weights_are_multiplied(crossing):
-    both = Product((ByGoodness(0.05), by_variability))(crossing)
-    assert np.allclose(both, ByGoodness(0.05)(crossing) * by_variability(crossing))
-    assert np.array_equal(Product(())(crossing), uniform(crossing))
 
 
 def test_links_are_drawn_as_often_as_weighed(crossing):

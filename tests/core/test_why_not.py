@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
+from core.environment.regions import RegionRule
 from core.evaluation.why_not import Reason, lost_links, lost_links_steps, why_not
 from core.progress import finish
 
@@ -23,6 +24,14 @@ def followed(links, start):
         edge = {b for a, b in links if a in edge} - found
         found |= edge
     return found
+
+
+def rule_only(embedding, x, y):
+    """Whether a region requires a tag at the middle of a cell in which no walk stands, in any heading."""
+    required = [
+        r for r in embedding.environment.regions if r.rule is RegionRule.REQUIRE and r.mask[4 * x + 2, 4 * y + 2]
+    ]
+    return bool(required) and not embedding.node_mask()[x, y].any()
 
 
 def slow_reasons(embedding, slow):
@@ -52,6 +61,8 @@ def slow_reasons(embedding, slow):
             reason = Reason.EMBEDDED
         elif not point_free(bare, frozenset(), centre):
             reason = Reason.BLOCKED
+        elif rule_only(embedding, x, y):
+            reason = Reason.RULE
         elif not any(point_free(environment, tags, centre) for tags in classes):
             reason = Reason.FORBIDDEN
         elif here & reached:

@@ -2,18 +2,21 @@
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
+from ....core.evaluation.floor import floor_cells
+from ...text import counted
 from ..map_colors import lightest_value, lightness, scaled_colors
 from ..map_legend import ColorBar, MapLegend
-from .floor_map import MapOptions, PaintedMap, place_swatches, short_number
+from .floor_map import MapOptions, PaintedMap, place_swatches
 
 _TICKS = (0.0, 0.5, 1.0)
 
 
 def paint_amounts(
-    embedding: Embedding, options: MapOptions, values: np.ndarray, title: str, unit: str, unreached: str
+    embedding: Embedding, options: MapOptions, values: np.ndarray, title: str, noun: str, unreached: str
 ) -> PaintedMap:
-    """The map of (nx, ny) integer ``values``, 0 where there is none; ``unit`` in the plural.
+    """The map of (nx, ny) integer ``values``, 0 where there is none; ``noun`` is what is counted, in the singular.
 
     The scale ends at the 99th percentile and grows with the square root: few ways can be told from none, and a single
     busy cell does not darken all others.
@@ -21,19 +24,21 @@ def paint_amounts(
     scale, lightest = options.scale, lightest_value(values)
     present = values > 0
     highest, n_cells = int(values.max(initial=0)), int(present.sum())
-    ticks = tuple((at, short_number(max(round(lightest * at**2), 1))) for at in _TICKS)
+    n_floor = int(floor_cells(embedding).sum())
+    ticks = tuple((at, wording.short(max(round(lightest * at**2), 1))) for at in _TICKS)
     if highest > lightest:
         ticks = (*ticks[:-1], (1.0, f"{ticks[-1][1]}+"))
     legend = MapLegend(
         title=title,
-        unit=unit,
+        unit=f"{noun}s",
         bar=ColorBar(scale.stops, ticks),
         swatches=place_swatches(scale, embedding, unreached),
-        numbers=(("Cells Covered", f"{n_cells:,}"), ("Most in a Cell", f"{highest:,} {unit}")),
+        numbers=(("Cells Covered", f"{n_cells:,}"), ("Most in a Cell", counted(highest, noun))),
     )
     return PaintedMap(
-        colors=scaled_colors(lightness(values, lightest), present, embedding.environment, scale),
+        colors=scaled_colors(lightness(values, lightest), present, embedding, scale),
         legend=legend,
         numbers={"map_highest": highest, "map_cells": n_cells},
-        report=f"{n_cells:,} of {values.size:,} cells covered, up to {highest:,} {unit} in a cell",
+        report=f"{title}: {n_cells:,} of {counted(n_floor, 'cell')} of free floor, up to {counted(highest, noun)} in "
+        "a cell",
     )

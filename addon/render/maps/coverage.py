@@ -2,6 +2,8 @@
 
 from collections.abc import Generator
 
+import numpy as np
+
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.variability import coverage
 from ....core.progress import Progress
@@ -13,12 +15,13 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
     yield Progress(0.0, "Counting headings")
     heading = options.heading_index(embedding)
     if heading is None:
-        values, unit = coverage(embedding).sum(axis=2), "headings"
+        values, noun = coverage(embedding).sum(axis=2), "heading"
     else:
         unpack, n_headings = embedding.unrolling.layout.unpack, embedding.shape[2]
-        values, unit = sum(unpack(plane).astype(int) for plane in embedding.planes[heading::n_headings]), "segments"
+        alive = [unpack(plane) for plane in embedding.planes[heading::n_headings]]
+        values, noun = np.sum(alive, axis=0, dtype=int), "segment"
     title = f"Coverage{heading_words(embedding, heading)}"
-    return paint_amounts(embedding, options, values, title, unit, "Cannot Go Here")
+    return paint_amounts(embedding, options, values, title, noun, "Cannot Go Here")
 
 
 MAPS = (

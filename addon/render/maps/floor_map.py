@@ -105,14 +105,6 @@ def place_swatches(scale: Scale, embedding: Embedding, unreached: str) -> tuple[
     return (Swatch(scale.unreached, unreached), *ruled, Swatch(scale.blocked, "Too Near an Obstacle"))
 
 
-def short_number(value: float) -> str:
-    """A number in as few characters as a legend has room for: 1,250 is "1.25 k"."""
-    for size, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
-        if value >= size:
-            return f"{value / size:.3g} {letter}"
-    return f"{value:.3g}"
-
-
 def heading_words(embedding: Embedding, index: int | None) -> str:
     """ ", Heading 45°" for a single heading, nothing for all of them."""
     if index is None:

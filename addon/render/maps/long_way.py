@@ -4,9 +4,11 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.detours import detours_steps
 from ....core.progress import Progress
+from ...text import counted
 from .floor_map import FloorMap, MapOptions, PaintedMap
 from .times import paint_times
 
@@ -17,6 +19,7 @@ _LIMITS = (1.0, 2.0, 4.0, 8.0)
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     found = yield from detours_steps(embedding)
     known = found.worst[np.isfinite(found.worst)]
+    median = float(np.median(known))
     return paint_times(
         embedding,
         options,
@@ -24,9 +27,10 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
         title="Long Way Around",
         missing="No Goal Nearby",
         limits=_LIMITS if options.bands else (),
-        numbers=(("Median", f"{np.median(known):.1f} s"),),
-        report=f"The worst detour to a goal nearby takes {known.max():.1f} s, half of them less than "
-        f"{np.median(known):.1f} s",
+        numbers=(("Median", wording.time(median)), ("Goals Tried", f"{len(found.goals):,}")),
+        report=f"The longest way around takes {wording.time(float(known.max()))} more than straight there; from half "
+        f"of the floor it is less than {wording.time(median)}, to the worst of "
+        f"{counted(len(found.goals), 'goal')} tried",
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.occupancy import occupancy_steps
 from ....core.progress import Progress
@@ -11,30 +12,29 @@ from ..map_colors import lightest_value, lightness, scaled_colors
 from ..map_legend import ColorBar, MapLegend
 from .floor_map import FloorMap, MapOptions, PaintedMap, place_swatches
 
-_UNIT = 1e-4
-"""The scale counts hundredths of a per cent: cells are small."""
-
 
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     found = yield from occupancy_steps(embedding)
-    share, scale = found.floor / _UNIT, options.scale
-    present, end = share > 0, lightest_value(share)
-    per_area = share * _UNIT / found.cell_area
-    x, y = found.hot_spot
-    highest = f"{100 * float(per_area.max()):.1f} %/m²"
-    ticks = tuple((at, f"{100 * end * at**2 * _UNIT / found.cell_area:.1f}") for at in (0.0, 0.5, 1.0))
+    share, scale = found.floor, options.scale
+    present = share > 0
+    # Counted in millionths: the scale ends at 1 at least, and cells are small.
+    end = lightest_value(1e6 * share) / 1e6
+    highest = f"{wording.share(float(share.max()) / found.cell_area)} for each m²"
+    ticks = [(at, wording.short(100 * end * at**2 / found.cell_area)) for at in (0.0, 0.5, 1.0)]
+    if share.max() > end:
+        ticks[-1] = (1.0, f"{ticks[-1][1]}+")
     legend = MapLegend(
         title="Occupancy",
-        unit="% of time/m²",
-        bar=ColorBar(scale.stops, ticks),
+        unit="% of time per m²",
+        bar=ColorBar(scale.stops, tuple(ticks)),
         swatches=place_swatches(scale, embedding, "Never Passed"),
-        numbers=(("Highest", highest), ("Hot Spot", f"{x:.1f}, {y:.1f} m")),
+        numbers=(("Busiest Place", wording.place(*found.hot_spot)), ("Time There", highest)),
     )
     return PaintedMap(
-        colors=scaled_colors(lightness(share, end), present, embedding.environment, scale),
+        colors=scaled_colors(lightness(share, end), present, embedding, scale),
         legend=legend,
         numbers={"map_highest": float(found.floor.max()), "map_cells": int(np.count_nonzero(present))},
-        report=f"Random walkers spend most time around {x:.1f}, {y:.1f} m: {highest} of it",
+        report=f"Random walkers spend most time around {wording.place(*found.hot_spot)}: {highest}",
     )
 
 

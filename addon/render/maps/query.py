@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.reach import ReachField
 from ....core.progress import Progress
@@ -21,7 +22,7 @@ def paint_query(field: ReachField, options: MapOptions) -> PaintedMap:
     """The map of times that have been found already."""
     query: Query = options.query
     areas = field.areas(query.times)
-    within = tuple((f"Within {time:g} s", f"{area:.1f} m²") for time, area in zip(query.times, areas, strict=True))
+    within = tuple((f"Within {time:g} s", wording.area(area)) for time, area in zip(query.times, areas, strict=True))
     return paint_times(
         field.embedding,
         options,
@@ -30,7 +31,7 @@ def paint_query(field: ReachField, options: MapOptions) -> PaintedMap:
         missing="Cannot Get Here" if query.forwards else "Cannot Come From Here",
         limits=query.times if options.bands else (),
         numbers=within,
-        report=f"{query.title}: {areas[0]:.1f} m² within {query.times[0]:g} s, {areas[-1]:.1f} m² within "
+        report=f"{query.title}: {wording.area(areas[0])} within {query.times[0]:g} s, {wording.area(areas[-1])} within "
         f"{query.times[-1]:g} s",
     )
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Generator
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.goals import goal_at
-from ....core.evaluation.reach import PAPER_TIMES, time_to_reach_steps
+from ....core.evaluation.reach import time_to_reach_steps
+from ....core.evaluation.telling_times import telling_times
 from ....core.progress import Progress
 from .floor_map import FloorMap, MapOptions, PaintedMap
 from .times import paint_times
@@ -15,16 +17,19 @@ GOAL_RADIUS = 0.25
 
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     field = yield from time_to_reach_steps(embedding, goal_at(embedding, options.goal, GOAL_RADIUS))
-    areas = field.areas()
+    seconds = field.floor()
+    times = telling_times(seconds)
+    areas = field.areas(times)
     return paint_times(
         embedding,
         options,
-        field.floor(),
+        seconds,
         title="Time to Reach",
         missing="Cannot Come From Here",
-        limits=PAPER_TIMES if options.bands else (),
-        numbers=tuple((f"Within {time:g} s", f"{area:.1f} m²") for time, area in zip(PAPER_TIMES, areas, strict=True)),
-        report=f"The goal is reached within {PAPER_TIMES[0]:g} s from {areas[0]:.1f} m²",
+        limits=times if options.bands else (),
+        numbers=tuple((f"Within {time:g} s", wording.area(area)) for time, area in zip(times, areas, strict=True)),
+        report=f"The goal is reached within {times[0]:g} s from {wording.area(areas[0])}, within {times[-1]:g} s from "
+        f"{wording.area(areas[-1])}",
     )
 
 

@@ -22,7 +22,7 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
     heading = options.heading_index(embedding)
     values = ways.sum(axis=2) if heading is None else ways[:, :, heading]
     title = f"{segments[chosen or 0].name}{heading_words(embedding, heading)}"
-    return paint_amounts(embedding, options, values, title, "ways", "Does Not End Here")
+    return paint_amounts(embedding, options, values, title, "way", "Does Not End Here")
 
 
 MAPS = (

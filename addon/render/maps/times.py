@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ..map_colors import scaled_colors
 from ..map_legend import ColorBar, MapLegend, Swatch
@@ -39,14 +40,16 @@ def paint_times(
     else:
         end = max(float(np.percentile(seconds[present], _PERCENTILE)), 1e-3) if present.any() else 1.0
         share = 1 - np.clip(known / end, 0.0, 1.0)
-        ticks = [(at, f"{at * end:.1f}") for at in _TICKS]
+        ticks = [(at, wording.short(round(at * end, 1))) for at in _TICKS]
         if present.any() and seconds[present].max() > end:
-            ticks[-1] = (1.0, f"{end:.1f}+")
+            ticks[-1] = (1.0, f"{ticks[-1][1]}+")
         bar = ColorBar(scale.stops[::-1], tuple(ticks))
     longest = float(seconds[present].max(initial=0.0))
     return PaintedMap(
-        colors=scaled_colors(share, present, embedding.environment, scale),
-        legend=MapLegend(title, "seconds" if bar else "", bar, swatches, (*numbers, ("Longest", f"{longest:.1f} s"))),
+        colors=scaled_colors(share, present, embedding, scale),
+        legend=MapLegend(
+            title, "seconds" if bar else "", bar, swatches, (*numbers, ("Longest", wording.time(longest)))
+        ),
         numbers={"map_longest": longest, "map_cells": int(present.sum())},
         report=report,
     )

@@ -17,7 +17,7 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
         yield Progress(0.0, "Counting ways")
         values = heading_variability(embedding, heading)
     title = f"Variability{heading_words(embedding, heading)}"
-    return paint_amounts(embedding, options, values, title, "ways", "Cannot Go Here")
+    return paint_amounts(embedding, options, values, title, "way", "Cannot Go Here")
 
 
 MAPS = (

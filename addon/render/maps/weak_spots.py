@@ -4,10 +4,13 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
+from ....core.evaluation.floor import ruled_cells
 from ....core.evaluation.weak_spots import Weakness, WeakSpotSettings, weak_spots_steps
 from ....core.progress import Progress
-from ..map_colors import opaque_map
+from ...text import counted
+from ..map_colors import RULED, opaque_map
 from ..map_legend import MapLegend, Swatch
 from .floor_map import FloorMap, MapOptions, PaintedMap
 
@@ -19,31 +22,35 @@ _LISTED = 5
 
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     found = yield from weak_spots_steps(embedding, WeakSpotSettings(threshold=options.few_ways))
-    colors = np.where(embedding.environment.free_cells()[..., None], _SOUND, _BLOCKED)
+    environment = embedding.environment
+    ruled = ruled_cells(environment, embedding.unrolling.sweep.classes)[..., None]
+    colors = np.where(environment.free_cells()[..., None], np.where(ruled, RULED, _SOUND), _BLOCKED)
     shares = dict.fromkeys(_COLORS, 0)
     for number, spot in enumerate(found.spots, start=1):
         cells = found.labels == number
         colors[cells] = _COLORS[spot.weakness]
         shares[spot.weakness] += int(cells.sum())
-    cell_area = embedding.environment.grid.cell_size**2
+    cell_area = environment.grid.cell_size**2
+    rule = (Swatch(RULED, "Region With a Rule"),) if environment.regions else ()
     swatches = [
-        Swatch(_COLORS[weakness], weakness.value, f"{n_cells * cell_area:.1f} m²")
+        Swatch(_COLORS[weakness], weakness.value, wording.area(n_cells * cell_area))
         for weakness, n_cells in shares.items()
     ]
     listed = tuple(
-        (f"{spot.floor_area:.1f} m²", f"at {spot.position[0]:.1f}, {spot.position[1]:.1f} m")
-        for spot in found.spots[:_LISTED]
+        (wording.area(spot.floor_area), f"at {wording.place(*spot.position)}") for spot in found.spots[:_LISTED]
     )
     legend = MapLegend(
         title="Weak Spots",
-        swatches=(*swatches, Swatch(_SOUND, "Sound"), Swatch(_BLOCKED, "Too Near an Obstacle")),
-        numbers=(("Weak Spots", str(len(found.spots))), *listed),
+        swatches=(*swatches, Swatch(_SOUND, "Sound"), *rule, Swatch(_BLOCKED, "Too Near an Obstacle")),
+        numbers=(("Weak Spots", f"{len(found.spots):,}"), *listed),
     )
     return PaintedMap(
         colors=opaque_map(colors),
         legend=legend,
         numbers={"weak_spots": len(found.spots), "weak_area": found.area},
-        report=found.spots[0].describe() if found.spots else "There are no weak spots",
+        report=f"{counted(len(found.spots), 'weak spot')}; the largest: {found.spots[0].describe()}"
+        if found.spots
+        else "There are no weak spots",
     )
 
 

@@ -2,23 +2,23 @@
 
 from collections.abc import Generator
 
-import numpy as np
-
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.evaluation.why_not import Reason, why_not_steps
 from ....core.progress import Progress
+from ...text import counted
 from ..map_legend import MapLegend, Swatch
-from ..reason_colors import RULE, floor_reasons, reason_colors, reason_legend, reason_shares, rule_labels
+from ..reason_colors import floor_reasons, reason_colors, reason_legend, reason_shares, rule_labels
 from .floor_map import FloorMap, MapOptions, PaintedMap
 
 
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     reasons = yield from why_not_steps(embedding)
-    floor = floor_reasons(reasons, embedding.environment)
+    floor = floor_reasons(reasons)
     shares = reason_shares(floor)
     legend, rules = reason_legend(), rule_labels(embedding.environment)
     swatches = tuple(
-        Swatch(legend[name][1], rules if name == RULE else legend[name][0], _percent(share))
+        Swatch(legend[name][1], rules if name == Reason.RULE.name else legend[name][0], wording.share(share))
         for name, share in sorted(shares.items(), key=lambda item: -item[1])
     )
     missing = 1 - shares.get(Reason.EMBEDDED.name, 0.0)
@@ -26,12 +26,8 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
         colors=reason_colors(floor),
         legend=MapLegend(title="Why Not", swatches=swatches),
         numbers={"reasons": shares},
-        report=f"The character cannot go to {missing:.0%} of {np.size(floor):,} cells",
+        report=f"The character cannot go to {wording.share(missing)} of {counted(floor.size, 'cell')}",
     )
-
-
-def _percent(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.005 else "< 1%"
 
 
 MAPS = (

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...progress import Progress, finish, portion
 from ..extent import Extent, Measure, extent
@@ -48,14 +49,15 @@ class Gain:
         return 0.0 if self.before.measure == self.after.measure else self.before.measure - self.after.measure
 
     def describe(self, measure: Measure | None = None) -> str:
-        """ "A 60 degree left turn over 0.9 m would open 11.2 m2."."""
+        """ "A 60 degree left turn over 0.9 m would open 11.2 m²."."""
         words = self.candidate.words
         subject = words[0].upper() + words[1:]
         said = []
         if self.floor > 0:
-            said.append(f"open {self.floor:.1f} m2" if self.floor >= 0.1 else f"open {self.floor:.2f} m2")
+            said.append(f"open {wording.area(self.floor)}")
         elif self.places > 0:
-            said.append(f"open {self.places:,} positions and headings, but no new floor")
+            places = wording.counted(self.places, "position and heading", "positions and headings")
+            said.append(f"open {places}, but no new floor")
         if measure is not None and self.measure is not None and self.measure > 0:
             said.append(
                 f"shorten the {measure.name} from {self.before.measure:.2f} to {self.after.measure:.2f} {measure.unit}"
@@ -105,7 +107,10 @@ class CaptureAdvice:
             if gain.floor > 0 or gain.places > 0 or (gain.measure is not None and gain.measure > 0)
         ]
         if not useful:
-            return [f"None of {len(self.gains)} motions would open anything: what is not reached does not lack motion."]
+            return [
+                f"None of {wording.counted(len(self.gains), 'motion')} would open anything: what is not reached lacks "
+                "something other than these."
+            ]
         return [gain.describe(self.measure) for gain in useful[:n]]
 
 

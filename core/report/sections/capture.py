@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.capture.candidate import CandidateFamily, candidates
 from ...evaluation.capture.director import direct_capture_steps
@@ -27,8 +28,10 @@ def capture_section_steps(embedding: Embedding, questions: Questions) -> Generat
     advice = yield from direct_capture_steps(embedding, tried)
     gains = table(*advice.table())
     sentences = advice.describe()
+    family = len(candidates(embedding))
+    lead = f"{wording.counted(len(tried), 'motion')} were tried, each alone and exactly, as if it had been captured"
     blocks: list[Block] = [
-        Paragraph(f"{len(tried)} motions were tried, each alone and exactly, as if they had been captured."),
+        Paragraph(f"{lead}; a thorough report tries {family}." if len(tried) < family else f"{lead}."),
         Bullets(tuple(sentences)),
     ]
     maps = {}

@@ -45,15 +45,21 @@ class Questions:
         Samples on which something stands, for the maps.
     seed : int
         Of the places that are drawn.
+    n_pairs : int
+        Pairs of places that are drawn for path efficiency.
+    allowed_loss : float
+        Share of the covered floor that deleting clips together may cost.
     """
 
     thorough: bool = True
     goal: Goal | None = None
     obstacles: np.ndarray | None = None
     seed: int = 0
+    n_pairs: int = 100
+    allowed_loss: float = 0.01
 
     def floor_scene(self, embedding: Embedding) -> FloorScene:
-        return FloorScene(embedding.environment, self.obstacles)
+        return FloorScene(embedding.environment, self.obstacles, embedding.unrolling.sweep.classes)
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,20 @@
 
 from collections.abc import Generator
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...errors import EvaluationError
-from ...evaluation.ablation import Kind, ablate_steps
+from ...evaluation.ablation import Kind, Verdict, ablate_steps
 from ...evaluation.deletion import deletable_together_steps
+from ...evaluation.extent import mean_time_to
 from ...evaluation.link_utility import link_utility
 from ...progress import Progress, portion
 from ...tuning.pruning_curve import pruning_curve_steps
 from ..chart import Series, bar_chart, line_chart
+from ..finding_tables import links_table, pruning_table
 from ..page import Figure, FigureRow, Paragraph, Section
 from ..table import Table, table
 from .contribution import Contribution, Questions
-
-#: Share of the covered floor that deleting clips together may cost.
-ALLOWED_LOSS = 0.02
 
 _SHOWN = 12
 
@@ -23,8 +23,11 @@ _SHOWN = 12
 def importance_section_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
     """Ablation as ranked tables, and what can be deleted together."""
     kinds = list(Kind) if questions.thorough else [Kind.CLIP, Kind.TAG]
-    found = yield from portion(ablate_steps(embedding, kinds), 0.0, 0.6)
-    together = yield from portion(deletable_together_steps(embedding, ALLOWED_LOSS), 0.6, 1.0)
+    # Times to the goal are one more field for each part that is taken away.
+    goal = questions.goal if questions.thorough else None
+    measure = None if goal is None else mean_time_to(goal.nodes, goal.name)
+    found = yield from portion(ablate_steps(embedding, kinds, measure), 0.0, 0.6)
+    together = yield from portion(deletable_together_steps(embedding, questions.allowed_loss), 0.6, 1.0)
     tables = {f"ablation_{kind.value}s": table(*found.table(kind)) for kind in kinds}
     clips = sorted(found.ranked(Kind.CLIP), key=lambda loss: -loss.places)[:_SHOWN]
     clips = [loss for loss in clips if loss.places > 0]
@@ -36,7 +39,8 @@ def importance_section_steps(embedding: Embedding, questions: Questions) -> Gene
         figures.append(Figure(chart, "Positions and headings that nothing reaches any more without each clip."))
     summary, *_ = found.describe(Kind.CLIP)
     tagged = [loss.describe() for loss in found.ranked(Kind.TAG)]
-    texts = [summary, *tagged, *together.describe()]
+    met = [verdict for verdict in Verdict if any(loss.verdict is verdict for loss in found.losses)]
+    texts = [summary, *tagged, *together.describe(), "; ".join(verdict.value for verdict in met) + "."]
     shown = _first_rows(tables["ablation_clips"], _SHOWN)
     return Contribution(
         Section("What matters?", (*map(Paragraph, texts), FigureRow(tuple(figures)), shown)),
@@ -54,17 +58,7 @@ def links_section_steps(embedding: Embedding, questions: Questions) -> Generator
     """Uses of the motion graph's links, and what hangs on them."""
     yield Progress(0.0, "Counting uses of links")
     found = link_utility(embedding)
-    order = sorted(range(len(found.links)), key=lambda i: (-found.link_hanging[i], -found.link_uses[i], i))
-    rows = [
-        [
-            *(found.names[segment] for segment in found.links[i]),
-            int(found.link_uses[i]),
-            int(found.link_hanging[i]),
-            float(embedding.graph.link_costs[i]),
-        ]
-        for i in order
-    ]
-    links = table(["from", "to", "uses", "nodes that hang on it", "cost (rad2)"], rows)
+    links = links_table(embedding, found)
     return Contribution(
         Section(
             "Which links work?", (Paragraph(found.describe()), _first_rows(links, _SHOWN if questions.thorough else 5))
@@ -90,21 +84,16 @@ def pruning_section_steps(embedding: Embedding, questions: Questions) -> Generat
             Series("floor and headings", curve.k, 100 * curve.coverage),
         ],
     )
-    rows = zip(
-        *(a.tolist() for a in (curve.k, curve.n_nodes, curve.n_links, curve.floor_coverage, curve.coverage)),
-        strict=True,
-    )
-    numbers = table(["k", "nodes", "links", "share of the floor", "share of floor and headings"], list(rows))
+    numbers = pruning_table(curve)
     enough = curve.smallest_k(0.98 * float(curve.floor_coverage[-1])) if len(curve.k) else None
-    text = (
-        "No k keeps 98 % of the floor that is covered now."
-        if enough is None
-        else (
-            f"Keeping the best {enough} of up to {int(curve.k[-1])} segments at each place keeps 98 % of the floor, "
-            f"with {100 * curve.n_nodes[enough - 1] / embedding.n_nodes:.0f} % of the nodes and "
-            f"{100 * curve.n_links[enough - 1] / embedding.n_links:.0f} % of the links."
+    if enough is None:
+        text = "No k keeps 98% of the floor that is covered now."
+    else:
+        nodes, links = (wording.share_of(n[enough - 1], n[-1]) for n in (curve.n_nodes, curve.n_links))
+        text = (
+            f"Keeping the best {enough} of up to {wording.counted(int(curve.k[-1]), 'segment')} at each place keeps "
+            f"98% of the covered floor, with {nodes} of the nodes and {links} of the links."
         )
-    )
     caption = "Nodes and links are shares of the embedding's, floor of the free floor."
     return Contribution(
         Section("How small can it be?", (Paragraph(text), Figure(size, caption))),

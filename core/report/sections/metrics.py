@@ -1,49 +1,33 @@
-"""The metrics of Reitsma & Pollard 2007, "Evaluating motion graphs for character animation"."""
+"""Numbers to compare by: the metrics of Reitsma & Pollard 2007, "Evaluating motion graphs for character animation"."""
 
+import re
 from collections.abc import Generator
 
 import numpy as np
 
 from ...embedding.embedding import Embedding
-from ...evaluation.ablation import Kind
-from ...evaluation.action_coverage import action_coverage
-from ...evaluation.environment_coverage import environment_coverage
-from ...evaluation.maneuverability import PROMPT, maneuverabilities_steps
-from ...evaluation.path_efficiency import path_efficiency_steps
-from ...progress import Progress, portion
-from ..page import Bullets, Section
-from ..table import table
+from ...evaluation.metrics import metrics_steps
+from ...progress import Progress
+from ..finding_tables import actions_table, metrics_table
+from ..page import Bullets, Paragraph, Section
 from .contribution import Contribution, Questions
 
 
 def metrics_section_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
-    """Coverage, action coverage, path efficiency and local maneuverability."""
-    n_pairs, n_goals = (100, 20) if questions.thorough else (24, 4)
-    rng = np.random.default_rng(questions.seed)
-    paths = yield from portion(path_efficiency_steps(embedding, rng, n_pairs, n_goals), 0.0, 0.4)
-    soon = yield from portion(maneuverabilities_steps(embedding, Kind.CLIP), 0.4, 1.0)
-    space, actions = environment_coverage(embedding), action_coverage(embedding, Kind.CLIP)
-    waits = [wait.mean for wait in soon if np.isfinite(wait.mean)]
-    rows = [
-        ["environment coverage by position", 100 * space.position_share, "%"],
-        ["environment coverage by position and heading", 100 * space.task_share, "%"],
-        ["action coverage, mean over clips", 100 * float(actions.shares.mean()), "%"],
-        ["path efficiency, mean", 100 * paths.mean, "%"],
-        ["path efficiency, median", 100 * float(np.median(paths.efficiency)), "%"],
-        ["local maneuverability, mean over clips", float(np.mean(waits)) if waits else None, "s"],
-    ]
-    metrics = table(["metric", "value", "unit"], rows)
-    by_clip = table(
-        ["clip", "can begin on (m2)", "share of the floor", "mean wait (s)", "worst wait (s)", f"within {PROMPT:g} s"],
-        [
-            [action.name, float(area), float(share), wait.mean, wait.worst, wait.promptly]
-            for action, area, share, wait in zip(actions.actions, actions.areas, actions.shares, soon, strict=True)
-        ],
+    """Coverage, action coverage, path efficiency, local maneuverability, turns and links."""
+    found = yield from metrics_steps(embedding, np.random.default_rng(questions.seed), questions.n_pairs)
+    lead = (
+        "The metrics of Reitsma and Pollard (2007) describe how well the motions suit the scene; they are made to "
+        "compare other clips in this scene, or these clips in other scenes."
     )
-    slowest = max(soon, key=lambda wait: wait.mean)
-    texts = (space.describe(), actions.describe(), paths.describe(), slowest.describe())
+    numbers, by_clip = metrics_table(found), actions_table(found)
     return Contribution(
-        Section("How does it compare? Metrics of 2007", (Bullets(texts), metrics)),
-        numbers={name.replace(",", "").replace(" ", "_"): value for name, value, _ in rows},
-        tables={"metrics": metrics, "actions": by_clip},
+        Section("Numbers to compare by", (Paragraph(lead), Bullets(tuple(found.describe())), numbers, by_clip)),
+        numbers={_key(name): value for name, value, _ in found.rows()},
+        tables={"metrics": numbers, "actions": by_clip},
     )
+
+
+def _key(name: str) -> str:
+    """ "path_efficiency_mean" of "path efficiency, mean"."""
+    return "_".join(re.findall(r"[a-z0-9]+", name.partition(" (")[0]))

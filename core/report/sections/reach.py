@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.environment_coverage import environment_coverage
 from ...evaluation.variability import floor_variability_steps
@@ -21,29 +22,29 @@ def reach_steps(embedding: Embedding, questions: Questions) -> Generator[Progres
     grid, graph = embedding.environment.grid, embedding.graph
     headings = found.covered.sum(axis=2)
     coverage = amount_chart(
-        scene, "Coverage: headings in which it can pass", headings, "headings", lightest=float(grid.n_headings)
+        scene, "Coverage: headings that a walk can pass in", headings, "headings", lightest=float(grid.n_headings)
     )
-    variability = amount_chart(scene, "Variability: ways to pass", ways, "ways")
+    variability = amount_chart(scene, "Variability: ways through", ways, "ways")
     sizes = table(
         ["what", "amount", "unit"],
         [
             ["free floor", found.free_area, "m2"],
             ["covered in any heading", found.covered_area, "m2"],
             ["covered in every heading", found.full_area, "m2"],
-            ["coverage by position", 100 * found.position_share, "%"],
-            ["coverage by position and heading", 100 * found.task_share, "%"],
+            ["coverage by position", found.position_share, "share"],
+            ["coverage by position and heading", found.task_share, "share"],
             ["motion segments", len(graph.segments), ""],
             ["links of the motion graph", len(graph.links), ""],
             ["nodes of the embedding", embedding.n_nodes, ""],
             ["links of the embedding", embedding.n_links, ""],
-            ["most ways in a cell", int(ways.max(initial=0)), ""],
+            ["most ways through a cell", int(ways.max(initial=0)), ""],
         ],
     )
-    possible = max(lost.possible, 1)
+    blocked, ruled, used = (wording.share_of(n, lost.possible) for n in (lost.obstacles, lost.regions, lost.embedded))
     cost = (
-        f"Of {lost.possible:,} links that an empty ground of this size would allow, obstacles block "
-        f"{100 * lost.obstacles / possible:.1f} % and rules of regions {100 * lost.regions / possible:.1f} %; "
-        f"{100 * lost.embedded / possible:.1f} % are part of endless walks."
+        f"Of {wording.counted(lost.possible, 'link')} that an empty ground of this size would allow, obstacles block "
+        f"{blocked} and rules of regions {ruled}; {used} are part of the embedding, the endless walks that can all be "
+        "reached from one another."
     )
     captions = (
         "The lighter, the more of the headings the character can pass a place in.",

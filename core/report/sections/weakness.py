@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 import numpy as np
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.detours import detours_steps
 from ...evaluation.turn_balance import turn_balance
@@ -11,9 +12,9 @@ from ...evaluation.variability import floor_variability_steps
 from ...evaluation.weak_spots import Weakness, WeakSpotSettings, weak_spots_steps
 from ...progress import Progress, portion
 from ..chart import Swatch
+from ..finding_tables import weak_spots_table
 from ..floor_chart import balance_chart, band_chart, floor_chart
 from ..page import Block, Bullets, Figure, FigureRow, Paragraph, Section
-from ..table import table
 from .contribution import Contribution, Questions
 
 #: A place is weak if it has less than this share of the median variability of the places reached.
@@ -45,20 +46,16 @@ def weak_spots_section_steps(embedding: Embedding, questions: Questions) -> Gene
     listed = (found.labels > 0) | (ways > 0)
     scene = questions.floor_scene(embedding)
     chart = floor_chart(scene, "Weak spots", colors, listed, legend, "not reached, too small to list")
-    spots = table(
-        ["weakness", "area (m2)", "x (m)", "y (m)", "mean variability", "reason", "share of its places"],
-        [
-            [s.weakness.value, s.area, *s.position, s.mean_variability, s.reason.name.lower(), s.reason_share]
-            for s in found.spots
-        ],
-    )
+    spots = weak_spots_table(found)
+    listed_spots = wording.counted(len(found.spots), "weak spot")
     lead = (
-        f"Few ways: a variability under {settings.threshold:,}, {100 * FEW_WAYS_SHARE:.0f} % of the median of the "
-        f"places reached. {len(found.spots)} weak spots, {found.area:.1f} m2 in all."
+        f"{listed_spots}, {wording.area(found.area)} in all: connected floor that no walk stands on, or that has few "
+        f"ways through it, which means a variability under {settings.threshold:,}, {wording.share(FEW_WAYS_SHARE)} of "
+        "the median of the places reached."
     )
     texts = [f"{spot.describe()}." for spot in found.spots[:_LISTED]] or ["There are no weak spots."]
     if len(found.spots) > _LISTED:
-        texts.append(f"... and {len(found.spots) - _LISTED} smaller ones.")
+        texts.append(f"... and {wording.counted(len(found.spots) - _LISTED, 'smaller one')}.")
     figure = Figure(chart, "Connected areas of free floor; their reasons are those of most of their headings.")
     return Contribution(
         Section("What is weak?", (Paragraph(lead), Bullets(tuple(texts)), figure)),
@@ -70,11 +67,14 @@ def weak_spots_section_steps(embedding: Embedding, questions: Questions) -> Gene
 
 def detours_section_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
     """The long way around."""
-    found = yield from detours_steps(embedding, spacing=1.0 if questions.thorough else 2.0)
+    found = yield from detours_steps(embedding, spacing=1.0 if questions.thorough else 1.5)
     chart = band_chart(
-        questions.floor_scene(embedding), "The long way around", found.worst, DETOURS, "no goal that is near"
+        questions.floor_scene(embedding), "The long way around", found.worst, DETOURS, "no place nearby was tried"
     )
-    caption = "By how much longer the quickest walk takes than the way straight there, to the worst place nearby."
+    caption = (
+        "Seconds by which the quickest walk takes longer than the shortest way at the mean speed of the clips, to the "
+        "worst place nearby."
+    )
     known = found.n_near > 0
     blocks: tuple[Block, ...] = (Paragraph(found.describe()), Figure(chart, caption))
     return Contribution(
@@ -82,6 +82,7 @@ def detours_section_steps(embedding: Embedding, questions: Questions) -> Generat
         numbers={
             "detour_mean_s": float(found.mean[known].mean()),
             "detour_worst_s": float(found.worst[known].max()),
+            "detour_goals": len(found.goals),
         },
         maps={"detours": chart},
     )

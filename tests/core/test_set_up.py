@@ -1,0 +1,67 @@
+"""How dev.py makes its folders of packages: by one process at a time, and afresh after an interruption."""
+
+import os
+import platform
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = """
+import sys
+from pathlib import Path
+import dev
+dev.ROOT = Path(sys.argv[1])
+print("python:", dev.Venv("venv", [sys.argv[2]], sys.argv[3]).set_up())
+"""
+RUNNING = platform.python_version().rpartition(".")[0]
+
+
+def start(folder: Path, requirements: str) -> subprocess.Popen:
+    """A dev.py that needs packages (none: nothing is fetched), in a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, str(folder), RUNNING, requirements],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def said(process: subprocess.Popen) -> str:
+    output, _ = process.communicate(timeout=300)
+    assert process.returncode == 0, output
+    return output
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("checkout")
+
+
+def test_two_at_once_do_it_once(folder):
+    python = folder / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    for requirements, n_made, n_installed in (("# none", 1, 1), ("# other words", 0, 1), ("# other words", 0, 0)):
+        outputs = [said(process) for process in [start(folder, requirements) for _ in range(2)]]
+        assert all(output.endswith(f"python: {python}\n") for output in outputs)
+        both = "".join(outputs)
+        assert (both.count("] making"), both.count("] installing")) == (n_made, n_installed), both
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="this system has no process groups to kill")
+def test_one_that_was_interrupted_is_made_afresh(folder):
+    venv = folder / "venv"
+    said(start(folder, "# none"))
+    (venv / "wayfarer-installed").rename(venv / "wayfarer-unfinished")
+    interrupted = start(folder, "# none")
+    assert "removing" in interrupted.stdout.readline() and "making" in interrupted.stdout.readline()
+    os.killpg(interrupted.pid, signal.SIGKILL)
+    interrupted.wait()
+    # Its lock went with it: nobody waits.
+    output = said(start(folder, "# none"))
+    assert "] making" in output and "waiting" not in output
+    assert not (venv / "wayfarer-unfinished").exists()
