@@ -27,8 +27,9 @@ python3 dev.py COMMAND
          What Blender's command line does (--command wayfarer), without Blender; -- --help lists it all.
   study  FILE.toml [--out FOLDER] [--scheduler ADDRESS] [--workers N]
          Measure many scenes, clip sets and settings on all cores, or on a Dask cluster; start it again to go on.
-  test   [PYTEST ARGUMENTS]
-         Check style and types, then run the tests of the core and those inside Blender.
+  test   [--blender VERSION] [PYTEST ARGUMENTS]
+         Check style, types and docstrings, then run the tests of the core, with the newest Python as well, and those
+         inside Blender; with --blender 4.5 (or another that requirements.txt names) only those inside, in that version.
   bench  [NAME ...] [--json FILE]
          Measure speed and memory against the references.
   reproduce [--clips BVH_FOLDER] [--out FOLDER] [--quick]
@@ -38,7 +39,8 @@ python3 dev.py COMMAND
   docs   [--out FOLDER]
          Make the reference of the core from its docstrings, as HTML (default: in dist/docs).
 
-The first start makes .venv (about 500 MB of downloads, 2 GB on disk); delete .venv to start afresh.
+The first start makes .venv (about 500 MB of downloads, 2 GB on disk), the first test .venv-core as well (80 MB, 350 MB
+on disk); delete them to start afresh.
 """
 
 ROOT = Path(__file__).resolve().parent
@@ -48,14 +50,11 @@ EXTENSION_ID = "wayfarer"
 # What Blender needs of the checkout; everything else is for developers.
 SHIPPED = ("__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "assets", "core")
 
-VENV = ROOT / ".venv"
-VENV_PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-# Holds a hash of requirements.txt once everything in it is installed.
-STAMP = VENV / "wayfarer-installed"
-# Lies in .venv while packages are being installed: found at the start, it tells of an interruption.
-UNFINISHED = VENV / "wayfarer-unfinished"
 # The Pythons that bpy has a wheel for, see requirements.txt.
-SUITABLE_PYTHONS = ("3.11", "3.13")
+BPY_PYTHONS = ("3.11", "3.13")
+# What the tests of the core need, and the Pythons that all of it has wheels for, newest first.
+CORE_PACKAGES = ("numpy", "scipy", "pytest", "hypothesis", "networkx", "matplotlib")
+CORE_PYTHONS = ("3.14", "3.13", "3.12")
 
 # SciPy wheels per platform: the tags to ask the package index for, and the Pythons of the Blender versions
 # supported there: 3.11 in 4.5 and 5.0, 3.13 in 5.1 and 5.2, 3.14 where a Linux distribution builds Blender.
@@ -114,9 +113,7 @@ def demo(arguments):
     # The demo runs inside Blender, where relative paths mean something else.
     paths = [("--clips", known.clips), ("--blend", known.blend), ("--out", known.out)]
     options = [word for name, path in paths if path for word in (name, str(path.resolve()))]
-    set_up()
-    with blender_resources() as environment:
-        return run_script(ROOT / "addon" / "demo.py", options + others, environment)
+    return run_in_blender("demo.py", options + others)
 
 
 def reproduce(arguments):
@@ -125,9 +122,7 @@ def reproduce(arguments):
     for index, word in enumerate(words[:-1]):
         if word in ("--clips", "--out"):
             words[index + 1] = str(Path(words[index + 1]).resolve())
-    set_up()
-    with blender_resources() as environment:
-        return run_script(ROOT / "addon" / "reproduce.py", words, environment)
+    return run_in_blender("reproduce.py", words)
 
 
 def command_line(arguments):
@@ -136,16 +131,12 @@ def command_line(arguments):
         words = ["--", "--help"]
     if words[0] != "--":
         words[0] = str(Path(words[0]).resolve())
-    set_up()
-    with blender_resources() as environment:
-        return run_script(ROOT / "addon" / "run_command.py", words, environment)
+    return run_in_blender("run_command.py", words)
 
 
 def study(arguments):
     # Help too is asked of the command, which knows its options.
-    set_up()
-    with blender_resources() as environment:
-        return run_script(ROOT / "addon" / "run_command.py", ["--", "study", *arguments], environment)
+    return run_in_blender("run_command.py", ["--", "study", *arguments])
 
 
 def bench(arguments):
@@ -154,7 +145,6 @@ def bench(arguments):
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the records to this file as well")
     known, others = parser.parse_known_args(arguments)
     options = ["--json", str(known.json.resolve())] if known.json else []
-    set_up()
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
     return run_script(ROOT / "tests" / "bench" / "run.py", known.names + options + others, environment)
 
@@ -162,13 +152,21 @@ def bench(arguments):
 def test(arguments):
     if "--help" in arguments or "-h" in arguments:
         print(
-            "python3 dev.py test [PYTEST ARGUMENTS]\n\n"
-            "Without paths: style, types, core tests, Blender tests, and the workflow in Blender's window if\n"
+            "python3 dev.py test [--blender VERSION] [PYTEST ARGUMENTS]\n\n"
+            "Without paths: style, types, docstrings, core tests, the same with the newest Python that there is and\n"
+            "without Blender (in .venv-core), Blender tests, and the workflow in Blender's window if\n"
             "WAYFARER_BLENDER_ROOT (default /opt/blender-sid) holds a system with Blender. With paths: only the tests\n"
             "named.\n"
+            "With --blender the tests inside Blender, in that version, which gets a .venv-VERSION of its own; one of:\n"
+            f"{', '.join(blenders())}.\n"
             "Every other argument goes to pytest, for example: -k NAME, -x, --durations 10."
         )
         return 0
+    parser = argparse.ArgumentParser(prog="dev.py test", add_help=False, allow_abbrev=False)
+    parser.add_argument("--blender", metavar="VERSION", choices=blenders())
+    known, arguments = parser.parse_known_args(arguments)
+    if known.blender:
+        return test_in_blender(known.blender, arguments)
     core_folder, blender_folder = ROOT / "tests" / "core", ROOT / "tests" / "blender"
     window_folder = ROOT / "tests" / "window"
     paths, options = split_test_paths(arguments)
@@ -178,25 +176,34 @@ def test(arguments):
     for path in paths:
         if not any(paths_inside(folder, [path]) for folder in (core_folder, blender_folder, window_folder)):
             raise Trouble(f"{path} holds no tests; name a path in tests/core, tests/blender or tests/window.")
-    set_up()
-
-    sources = ["core", "addon", "docs", "tests", "dev.py", "__init__.py"]
-    sources = [name for name in sources if (ROOT / name).exists()]
+    python = main_python()
+    run_pytest = [python, "-m", "pytest", *options]
     results = []
     if not paths:
-        results.append(run_part("style", ["ruff", "check", *sources]))
-        results.append(run_part("format", ["ruff", "format", "--check", *sources]))
-        results.append(run_part("types", ["basedpyright", "--pythonpath", str(VENV_PYTHON)]))
+        sources = ["core", "addon", "docs", "tests", "dev.py", "__init__.py"]
+        sources = [name for name in sources if (ROOT / name).exists()]
+        results += run_parts(
+            ("style", [python, "-m", "ruff", "check", *sources]),
+            ("format", [python, "-m", "ruff", "format", "--check", *sources]),
+            ("types", [python, "-m", "basedpyright", "--pythonpath", python]),
+            ("docstrings", [python, str(ROOT / "dev.py"), "docs"]),
+        )
         core_paths, blender_paths, window_paths = [str(core_folder)], [str(blender_folder)], [str(window_folder)]
     # Two processes: loaded as `core` and as part of the extension, the same class would exist twice.
     if core_paths:
-        results.append(run_part("core tests", ["pytest", *options, *core_paths]))
+        parts = [("core tests", [*run_pytest, *core_paths])]
+        newest = None if paths else newest_python()
+        if newest:
+            # Without a cache, which is that of the other.
+            command = [newest, "-m", "pytest", "-p", "no:cacheprovider", *options, *core_paths]
+            parts.append(("core, newest", command))
+        results += run_parts(*parts)
     if blender_paths:
         with blender_resources() as environment:
-            results.append(run_part("Blender tests", ["pytest", *options, *blender_paths], environment))
+            results += run_parts(("Blender tests", [*run_pytest, *blender_paths]), environment=environment)
     if window_paths:
         # Says why where there is no window.
-        results.append(run_part("window tests", ["pytest", "-rs", *options, *window_paths]))
+        results += run_parts(("window tests", [*run_pytest, "-rs", *window_paths]))
     return summarize(results, selected=bool(arguments))
 
 
@@ -212,12 +219,12 @@ def build(arguments):
     else:
         platforms = [name for names in options.platforms or [[this_platform()]] for name in names]
     out = options.out.resolve()
-    set_up()
+    python = main_python()
     out.mkdir(parents=True, exist_ok=True)
     version = re.search(r'^version = "(.+)"', MANIFEST.read_text("utf-8"), re.MULTILINE).group(1)
     for name in platforms:
         archive = out / f"{EXTENSION_ID}-{version}-{name}.zip"
-        build_archive(name, download_wheels(name), archive)
+        build_archive(name, download_wheels(name, python), archive, python)
         print(f"{archive}  {archive.stat().st_size / 1e6:.1f} MB", flush=True)
     return 0
 
@@ -226,10 +233,7 @@ def docs(arguments):
     parser = argparse.ArgumentParser(prog="dev.py docs", description="Make the reference of the core, as HTML.")
     parser.add_argument("--out", metavar="FOLDER", type=Path, default=ROOT / "dist" / "docs", help="default: dist/docs")
     out = parser.parse_args(arguments).out.resolve()
-    set_up()
-    if subprocess.call([str(VENV_PYTHON), "-c", "import sphinx"], stderr=subprocess.DEVNULL) != 0:
-        say("installing Sphinx")
-        pip(["install", "--requirement", str(ROOT / "docs" / "requirements.txt")])
+    python = main_python()
     environment = dict(os.environ, SPHINX_APIDOC_OPTIONS="members,show-inheritance", PYTHONDONTWRITEBYTECODE="1")
     with tempfile.TemporaryDirectory() as pages:
         listing = ["sphinx.ext.apidoc", "-q", "--separate", "--module-first", "--maxdepth", "2"]
@@ -237,10 +241,44 @@ def docs(arguments):
         html = ["sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
         html += ["--conf-dir", str(ROOT / "docs"), pages, str(out)]
         for module_and_arguments in (listing, html):
-            if subprocess.call([str(VENV_PYTHON), "-m", *module_and_arguments], env=environment) != 0:
+            if subprocess.call([python, "-m", *module_and_arguments], env=environment) != 0:
                 raise Trouble("Sphinx found what its lines above say; correct these docstrings.")
     print(out / "index.html", flush=True)
     return 0
+
+
+# ---------------------------------------------------------------------------------- the versions of Blender
+
+
+def test_in_blender(version, arguments):
+    """The Blender tests, or some of them, in one version of Blender."""
+    folder = ROOT / "tests" / "blender"
+    paths, options = split_test_paths(arguments)
+    for path in paths:
+        if not paths_inside(folder, [path]):
+            raise Trouble(f"{path} runs in no Blender; with --blender name a path in tests/blender.")
+    try:
+        python = blender_venv(version).set_up()
+    except InstallTrouble as trouble:
+        raise Trouble(f"Blender {version} ({blenders()[version][0]}) cannot be installed here: {trouble}") from None
+    command = [python, "-m", "pytest", *options]
+    command += paths_inside(folder, paths) or [str(folder)]
+    with blender_resources() as environment:
+        results = run_parts((f"Blender {version}", command), environment=environment)
+    return summarize(results, selected=bool(arguments))
+
+
+def blenders():
+    """Version of Blender -> (its bpy as a requirement, the Python that it needs), as requirements.txt names them."""
+    pattern = r'^(?:# )?(bpy==(\d+\.\d+)\.\d+); python_version == "([\d.]+)"$'
+    found = re.findall(pattern, REQUIREMENTS.read_text("utf-8"), re.MULTILINE)
+    return {version: (bpy, python) for bpy, version, python in sorted(found)}
+
+
+def other_pythons():
+    """The Python of each .venv-VERSION that is complete."""
+    venvs = map(blender_venv, blenders())
+    return [venv.python for venv in venvs if venv.stamp.exists()]
 
 
 # ------------------------------------------------------------------------------------------- test helpers
@@ -277,11 +315,41 @@ def paths_inside(folder, paths):
     return inside
 
 
-def run_part(name, module_and_arguments, environment=None):
-    print(f"\n== {name}", flush=True)
-    start = time.monotonic()
-    code = subprocess.call([str(VENV_PYTHON), "-m", *module_and_arguments], cwd=ROOT, env=environment)
-    return name, code, time.monotonic() - start
+def newest_python():
+    """The newest Python that there is, with all that the tests of the core need and nothing else; None without one."""
+    venv = core_venv()
+    if not venv.stamp.exists() and find_python(venv.pythons) is None:
+        versions = ", ".join(venv.pythons)
+        print(f"\n== core, newest: skipped, no Python of {versions} was found that can make a venv", flush=True)
+        return None
+    return venv.set_up()
+
+
+def run_parts(*parts, environment=None):
+    """Run parts (name, command) at the same time; (name, exit code, seconds) of each.
+
+    The first is seen at work, what the others say is shown when those before them are done.
+    """
+    with contextlib.ExitStack() as opened:
+        start, running = time.monotonic(), []
+        for name, command in parts:
+            output = opened.enter_context(tempfile.TemporaryFile()) if running else None
+            if output is None:
+                print(f"\n== {name}", flush=True)
+            process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=output, stderr=output)
+            running.append((name, process, output))
+        results = []
+        try:
+            for name, process, output in running:
+                results.append((name, process.wait(), time.monotonic() - start))
+                if output is not None:
+                    output.seek(0)
+                    print(f"\n== {name}\n{output.read().decode('utf-8', 'replace').rstrip()}", flush=True)
+        finally:
+            for _, process, _ in running[len(results) :]:
+                process.kill()
+                process.wait()
+    return results
 
 
 def summarize(results, selected):
@@ -347,33 +415,33 @@ def this_platform():
     return name
 
 
-def download_wheels(platform_name):
+def download_wheels(platform_name, python):
     """The SciPy wheels that the extension brings to one platform, kept in the folder wheels."""
-    tags, pythons = WHEEL_TAGS[platform_name]
-    for python in missing_wheels(platform_name):
-        say(f"downloading SciPy {scipy_version()} for Python {python} on {platform_name}")
+    tags, versions = WHEEL_TAGS[platform_name]
+    for version in missing_wheels(platform_name):
+        say(f"downloading SciPy {scipy_version()} for Python {version} on {platform_name}")
         command = ["download", "scipy==" + scipy_version(), "--no-deps", "--only-binary=:all:"]
-        command += ["--implementation", "cp", "--python-version", python]
+        command += ["--implementation", "cp", "--python-version", version]
         command += [word for tag in tags for word in ("--platform", tag)]
         WHEELS.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(dir=WHEELS) as partial:
-            pip([*command, "--dest", partial])
-            for wheel in Path(partial).glob(wheel_pattern(platform_name, python)):
+            pip(python, [*command, "--dest", partial])
+            for wheel in Path(partial).glob(wheel_pattern(platform_name, version)):
                 wheel.replace(WHEELS / wheel.name)
     missing = missing_wheels(platform_name)
     if missing:
         raise Trouble(f"SciPy {scipy_version()} has no wheel for Python {', '.join(missing)} on {platform_name}.")
-    return [next(WHEELS.glob(wheel_pattern(platform_name, python))) for python in pythons]
+    return [next(WHEELS.glob(wheel_pattern(platform_name, version))) for version in versions]
 
 
 def missing_wheels(platform_name):
     """The Pythons that the folder wheels holds no SciPy for."""
-    _, pythons = WHEEL_TAGS[platform_name]
-    return [python for python in pythons if not list(WHEELS.glob(wheel_pattern(platform_name, python)))]
+    _, versions = WHEEL_TAGS[platform_name]
+    return [version for version in versions if not list(WHEELS.glob(wheel_pattern(platform_name, version)))]
 
 
-def wheel_pattern(platform_name, python):
-    abi = "cp" + python.replace(".", "")
+def wheel_pattern(platform_name, version):
+    abi = "cp" + version.replace(".", "")
     return f"scipy-{scipy_version()}-{abi}-{abi}-*{WHEEL_TAGS[platform_name][0][0]}*.whl"
 
 
@@ -381,8 +449,8 @@ def scipy_version():
     return re.search(r"^scipy==(\S+)", REQUIREMENTS.read_text("utf-8"), re.MULTILINE).group(1)
 
 
-def build_archive(platform_name, wheels, archive):
-    """Make and validate one zip with Blender's own tool, from a copy whose manifest names the wheels."""
+def build_archive(platform_name, wheels, archive, python):
+    """Make and validate one zip with the tool of a Python's bpy, from a copy whose manifest names the wheels."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / EXTENSION_ID
         copy_shipped(source)
@@ -396,10 +464,10 @@ def build_archive(platform_name, wheels, archive):
         (source / MANIFEST.name).write_text(f"{keys}{added}{bracket}{tables}", "utf-8")
         say(f"building {archive.name}")
         made = Path(folder) / archive.name
-        blender_tool(["build", "--source-dir", str(source), "--output-filepath", str(made)])
+        blender_tool(python, ["build", "--source-dir", str(source), "--output-filepath", str(made)])
         arranged = archive.with_name("." + archive.name)
         arrange_archive(made, arranged)
-        blender_tool(["validate", str(arranged)])
+        blender_tool(python, ["validate", str(arranged)])
         arranged.replace(archive)
 
 
@@ -414,15 +482,16 @@ def arrange_archive(source, archive):
             arranged.writestr(fixed, made.read(entry), compresslevel=9)
 
 
-def blender_tool(arguments):
+def blender_tool(python, arguments):
     """Run Blender's command for extensions, which comes with bpy and needs no Blender."""
+    folder = Path(python).parents[1]
     packages = "Lib/site-packages" if os.name == "nt" else "lib/python3*/site-packages"
-    scripts = next(VENV.glob(packages + "/bpy/*/scripts"), None)
+    scripts = next(folder.glob(packages + "/bpy/*/scripts"), None)
     if scripts is None:
-        raise Trouble("There is no Blender in .venv; delete the folder .venv and run this again.")
+        raise Trouble(f"There is no Blender in {folder.name}; delete the folder {folder.name} and run this again.")
     tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
     tags = scripts / "modules" / "_bpy_internal" / "extensions" / "tags.py"
-    command = [str(VENV_PYTHON), str(tool), arguments[0], "--valid-tags", str(tags), *arguments[1:]]
+    command = [python, str(tool), arguments[0], "--valid-tags", str(tags), *arguments[1:]]
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if result.returncode != 0:
         raise Trouble(f"Blender's extension tool refused to {arguments[0]} it:\n{result.stdout.strip()}")
@@ -431,80 +500,149 @@ def blender_tool(arguments):
 # ------------------------------------------------------------------------------------------------- set-up
 
 
-def set_up():
-    """Make .venv hold what requirements.txt says; next to no time where it already does."""
-    wanted = hashlib.sha256(REQUIREMENTS.read_bytes()).hexdigest()
-    if VENV_PYTHON.exists() and STAMP.exists() and STAMP.read_text("utf-8") == wanted:
-        return
-    start = time.monotonic()
-    if UNFINISHED.exists() or probe([str(VENV_PYTHON)], "pip") is None:
-        make_venv()
-    UNFINISHED.touch()
-    STAMP.unlink(missing_ok=True)
-    say("installing the packages of requirements.txt (about 500 MB if none of them was downloaded before)")
-    install_packages()
-    STAMP.write_text(wanted, "utf-8")
-    UNFINISHED.unlink()
-    say(f"ready after {time.monotonic() - start:.0f} s")
+class Venv:
+    """A folder of the checkout with a Python and packages of its own.
+
+    ``pythons`` are the versions to choose from, the best first; ``requirements`` is what pip is to install.
+    """
+
+    def __init__(self, name, pythons, requirements):
+        self.name, self.pythons, self.requirements = name, tuple(pythons), requirements
+        self.folder = ROOT / name
+        self.python = self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+        # Holds a hash of the requirements once all of them are installed.
+        self.stamp = self.folder / "wayfarer-installed"
+        # Lies there while packages are being installed: found at the start, it tells of an interruption.
+        self.unfinished = self.folder / "wayfarer-unfinished"
+        self.lock = self.folder / "wayfarer-lock"
+
+    def is_ready(self):
+        wanted = hashlib.sha256(self.requirements.encode("utf-8")).hexdigest()
+        return self.python.exists() and self.stamp.exists() and self.stamp.read_text("utf-8") == wanted
+
+    def set_up(self):
+        """Make the folder hold what it should, in next to no time where it already does; returns its Python."""
+        if not self.is_ready():
+            self.folder.mkdir(exist_ok=True)
+            with only_one(self.lock):
+                # Another dev.py, waited for, may have done it.
+                if not self.is_ready():
+                    self.make_ready()
+        return str(self.python)
+
+    def make_ready(self):
+        start = time.monotonic()
+        if self.unfinished.exists() or probe([str(self.python)], self.pythons, "pip") is None:
+            self.make()
+        self.unfinished.touch()
+        self.stamp.unlink(missing_ok=True)
+        say(f"installing packages into {self.name}")
+        self.install()
+        self.stamp.write_text(hashlib.sha256(self.requirements.encode("utf-8")).hexdigest(), "utf-8")
+        self.unfinished.unlink()
+        say(f"{self.name} is ready after {time.monotonic() - start:.0f} s")
+
+    def make(self):
+        python = find_python(self.pythons)
+        if python is None and not shutil.which("uv"):
+            raise Trouble(
+                f"Wayfarer needs Python {' or '.join(self.pythons)} with its venv module (Blender's bpy package exists "
+                f"for no other) and found none; this is {platform.python_version()}. {self.how_to_get_python()}, or "
+                "uv, and run this again."
+            )
+        if self.python.exists():
+            say(f"removing the {self.name} that is incomplete or does not work")
+        for entry in self.folder.iterdir():
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry, ignore_errors=True)
+            elif entry != self.lock:
+                entry.unlink()
+        if self.python.exists():
+            raise Trouble(f"The folder {self.name} is in use; close the programs that use it and run this again.")
+        self.unfinished.touch()
+        if python is not None:
+            say(f"making {self.name} with {python}")
+            command = [python, "-m", "venv", str(self.folder)]
+        else:
+            say(f"making {self.name} with the Python {self.pythons[0]} of uv")
+            command = ["uv", "venv", "--allow-existing", "--seed", "--python", self.pythons[0], str(self.folder)]
+        result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        if result.returncode != 0 or probe([str(self.python)], self.pythons, "pip") is None:
+            said = f"{' '.join(command)} failed:\n{result.stdout.strip()}"
+            raise Trouble(f"{said}\n{self.how_to_get_python()}, then run this again.")
+
+    def how_to_get_python(self):
+        python = self.pythons[0]
+        return f"Install Python {python} from python.org (Debian, Ubuntu: apt install python{python}-venv)"
+
+    def install(self):
+        with tempfile.TemporaryDirectory() as folder:
+            listing = Path(folder) / REQUIREMENTS.name
+            listing.write_text(self.requirements, "utf-8")
+            try:
+                pip(self.python, ["install", "--requirement", str(listing)])
+            except InstallTrouble as trouble:
+                # Where pip stopped before it touched anything, the packages that are there need no repair.
+                if not trouble.began:
+                    self.unfinished.unlink()
+                raise
 
 
-def make_venv():
-    python = find_python()
-    if VENV.exists():
-        say("removing the .venv that is incomplete or does not work")
-        shutil.rmtree(VENV, ignore_errors=True)
-        if VENV_PYTHON.exists():
-            raise Trouble("The folder .venv is in use; close the programs that use it and run this again.")
-    VENV.mkdir(exist_ok=True)
-    UNFINISHED.touch()
-    if python is not None:
-        say(f"making .venv with {python}")
-        command = [python, "-m", "venv", str(VENV)]
-    else:
-        say("making .venv with the Python 3.11 of uv")
-        command = ["uv", "venv", "--allow-existing", "--seed", "--python", "3.11", str(VENV)]
-    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if result.returncode != 0 or probe([str(VENV_PYTHON)], "pip") is None:
-        raise Trouble(
-            f"{' '.join(command)} failed:\n{result.stdout.strip()}\n"
-            "Install Python 3.11 from python.org (Debian, Ubuntu: apt install python3.11-venv), "
-            "then run this again."
-        )
+def main_python():
+    """The Python of .venv, with everything in it; made from the one that runs this, if bpy exists for it."""
+    running = platform.python_version().rpartition(".")[0]
+    pythons = sorted(BPY_PYTHONS, key=lambda version: version != running)
+    return Venv(".venv", pythons, REQUIREMENTS.read_text("utf-8")).set_up()
 
 
-def find_python():
-    """The path of a Python that bpy exists for and that can make a venv; None: uv can bring one."""
-    # Not the .venv that this may be running in, which is about to be removed.
-    candidates = [[getattr(sys, "_base_executable", sys.executable)]]
-    for version in SUITABLE_PYTHONS:
+def blender_venv(version):
+    """.venv-VERSION: with that Blender, and else with what requirements.txt says."""
+    bpy, python = blenders()[version]
+    lines = [line for line in REQUIREMENTS.read_text("utf-8").splitlines() if not re.match(r"(# )?bpy==", line)]
+    return Venv(f".venv-{version}", [python], "\n".join([bpy, *lines, ""]))
+
+
+def core_venv():
+    """.venv-core: without Blender, and with the newest Python that there is."""
+    named = rf"^(?:{'|'.join(CORE_PACKAGES)})==.*\n"
+    return Venv(".venv-core", CORE_PYTHONS, "".join(re.findall(named, REQUIREMENTS.read_text("utf-8"), re.MULTILINE)))
+
+
+def find_python(versions):
+    """The path of a Python of the first version that there is with the means to make a venv; None: there is none."""
+    for version in versions:
+        candidates = []
+        if platform.python_version().startswith(version + "."):
+            # Not the .venv that this may be running in, which is about to be removed.
+            candidates.append([getattr(sys, "_base_executable", sys.executable)])
         # Every one on the PATH: the first may be a version manager's placeholder that only prints an error.
         candidates += [[path] for path in on_path("python" + version)]
         if os.name == "nt":
             candidates.append(["py", "-" + version])
-    for candidate in candidates:
-        python = probe(candidate)
-        if python is not None:
-            return python
-    if shutil.which("uv"):
-        command = ["uv", "python", "find", "--system", "3.11"]
-        found = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        return probe([found.stdout.strip()]) if found.returncode == 0 else None
-    raise Trouble(
-        "Wayfarer needs Python 3.11 or 3.13 with its venv module (Blender's bpy package exists for no other) "
-        f"and found neither; this is {platform.python_version()}. Install Python 3.11 from python.org "
-        "(Debian, Ubuntu: apt install python3.11-venv), or uv, and run this again."
-    )
+        # pyenv puts only those on the PATH that somebody has chosen.
+        pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
+        candidates += [[str(path)] for path in sorted(pyenv.glob(version + ".*/bin/python"))]
+        if shutil.which("uv"):
+            command = ["uv", "python", "find", "--system", "--no-python-downloads", version]
+            found = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            candidates += [[found.stdout.strip()]] if found.returncode == 0 else []
+        for candidate in candidates:
+            python = probe(candidate, [version])
+            if python is not None:
+                return python
+    return None
 
 
 def on_path(name):
     suffix = ".exe" if os.name == "nt" else ""
     folders = os.environ.get("PATH", os.defpath).split(os.pathsep)
     paths = [Path(folder) / (name + suffix) for folder in folders if folder]
-    return [str(path) for path in paths if path.is_file() and VENV not in path.parents]
+    ours = [ROOT / ".venv", *ROOT.glob(".venv-*")]
+    return [str(path) for path in paths if path.is_file() and not any(venv in path.parents for venv in ours)]
 
 
-def probe(command, modules="venv, ensurepip"):
-    """The executable behind the command, if it really runs, is suitable and has the modules; else None."""
+def probe(command, versions, modules="venv, ensurepip"):
+    """The executable behind the command, if it really runs, is of one of the versions and has the modules; or None."""
     code = f"import sys, {modules}; print('%d.%d' % sys.version_info[:2]); print(sys.executable)"
     try:
         result = subprocess.run(
@@ -513,30 +651,50 @@ def probe(command, modules="venv, ensurepip"):
     except (OSError, subprocess.TimeoutExpired):
         return None
     lines = result.stdout.split("\n")
-    return lines[1].strip() if result.returncode == 0 and lines[0].strip() in SUITABLE_PYTHONS else None
+    return lines[1].strip() if result.returncode == 0 and lines[0].strip() in versions else None
 
 
-def install_packages():
+@contextlib.contextmanager
+def only_one(path):
+    """Wait until no other process is in here; the system frees the lock of one that ends, however it ends."""
+    with open(str(path), "a") as file:
+        waiting = False
+        while not is_locked(file):
+            if not waiting:
+                say(f"waiting for another dev.py that is working on {path.parent.name}")
+            waiting = True
+            time.sleep(0.5)
+        # Closing the file unlocks it.
+        yield
+
+
+def is_locked(file):
+    """Lock a file for this process; False: another has."""
     try:
-        pip(["install", "--requirement", str(REQUIREMENTS)])
-    except InstallTrouble as trouble:
-        # Where pip stopped before it touched anything, the packages that are there need no repair.
-        if not trouble.began:
-            UNFINISHED.unlink()
-        raise
+        if os.name == "nt":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 class InstallTrouble(Trouble):
-    """pip failed; ``began`` tells whether it had already begun to change .venv."""
+    """pip failed; ``began`` tells whether it had already begun to change the venv."""
 
     def __init__(self, sentence, began):
         super().__init__(sentence)
         self.began = began
 
 
-def pip(arguments):
-    """Run pip in .venv, showing only the large downloads; its last words if it fails."""
-    command = [str(VENV_PYTHON), "-m", "pip", *arguments]
+def pip(python, arguments):
+    """Run pip, showing only the large downloads; its last words if it fails."""
+    command = [str(python), "-m", "pip", *arguments]
     command += ["--disable-pip-version-check", "--progress-bar", "off"]
     lines = []
     with subprocess.Popen(
@@ -559,10 +717,15 @@ def pip(arguments):
         )
 
 
+def run_in_blender(script, arguments):
+    with blender_resources() as environment:
+        return run_script(ROOT / "addon" / script, arguments, environment)
+
+
 def run_script(script, arguments, environment):
     if not script.exists():
         raise Trouble(f"{script.relative_to(ROOT)} is missing; this checkout is not complete.")
-    return subprocess.call([str(VENV_PYTHON), str(script), *arguments], env=environment)
+    return subprocess.call([main_python(), str(script), *arguments], env=environment)
 
 
 def say(step):

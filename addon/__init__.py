@@ -3,10 +3,34 @@
 Each module listed here has its own ``register`` and ``unregister``; the root package calls the two below.
 """
 
-from . import command, environment_view, live, operators, presets, properties, pruned_embedding, state, storage, ui
+from . import (
+    command,
+    environment_view,
+    live,
+    operators,
+    presets,
+    properties,
+    pruned_embedding,
+    scene_changes,
+    state,
+    storage,
+    ui,
+)
 
 # In order of registration: a module may use what those before it have registered.
-_MODULES = (properties, state, storage, live, pruned_embedding, environment_view, operators, presets, ui, command)
+_MODULES = (
+    properties,
+    state,
+    storage,
+    scene_changes,
+    live,
+    pruned_embedding,
+    environment_view,
+    operators,
+    presets,
+    ui,
+    command,
+)
 
 
 def register():

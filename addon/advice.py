@@ -5,7 +5,8 @@ Nothing here stops anybody: what cannot be done at all is an error of the core.
 
 from .bridge.tags import tag_names
 from .clip_actions import character_problem
-from .state import results
+from .state import embedding_changes, results
+from .text import share
 
 _SMALLEST = 0.4
 _LARGEST = 20.0
@@ -72,7 +73,7 @@ def embedding_advice(scene) -> list[str]:
         advice.append("The character cannot go anywhere: no endless walk fits into this scene")
     elif found.summary.get("coverage", 1.0) < _NEARLY_NOTHING:
         advice.append(
-            f"Only {found.summary['coverage']:.1%} of the free floor is covered; see the map Why Not, or add clips "
+            f"Only {share(found.summary['coverage'])} of the free floor is covered; see the map Why Not, or add clips "
             "that turn, start and stop"
         )
     outside = found.summary.get("outside", [])
@@ -81,6 +82,15 @@ def embedding_advice(scene) -> list[str]:
         more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
         advice.append(f"Obstacles outside the ground make no difference: {names}{more}")
     return advice
+
+
+def stale_advice(scene) -> list[str]:
+    """About an embedding that was made before something changed: what is asked of it, or walked in it, is of then."""
+    changes = embedding_changes(scene)
+    if not changes:
+        return []
+    first = changes[0][0].lower() + changes[0][1:]
+    return [f"The embedding is out of date, because {first}; embed again"]
 
 
 def start_advice(wanted, walk) -> str:

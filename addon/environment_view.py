@@ -4,13 +4,13 @@ import time
 from dataclasses import dataclass
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ..core.errors import MotionGraphError
-from .bridge.read_scene import ShapeMemory
-from .inputs import environment_settings_fingerprint, make_environment, read_shapes
+from ..core.progress import finish
+from .inputs import environment_settings_fingerprint, make_environment_steps, read_shapes
 from .properties.floor_map import CHANGE_LISTENERS
 from .render.environment_lines import Lines, environment_lines
+from .scene_changes import LISTENERS, Listener, shape_memory, start_timer, stop_timer
 from .state import redraw, results
 
 _LOOK = 0.1
@@ -27,7 +27,6 @@ class EnvironmentView:
 
 
 _views: dict[int, tuple[str, EnvironmentView]] = {}
-_memories: dict[int, ShapeMemory] = {}
 _changed = True
 _next = 0.0
 
@@ -39,8 +38,8 @@ def environment_view(scene) -> EnvironmentView:
 
 def look(scene, depsgraph) -> bool:
     """Make the view of a scene anew if its shapes or settings have changed; whether they had."""
-    memory = _memories.setdefault(scene.session_uid, ShapeMemory())
     settings, before = environment_settings_fingerprint(scene), _views.get(scene.session_uid)
+    memory = shape_memory(scene)
     try:
         shapes = read_shapes(scene, depsgraph, memory)
         seen = f"{settings} {shapes.fingerprint}"
@@ -50,7 +49,7 @@ def look(scene, depsgraph) -> bool:
         if found.embedding is not None and found.made_from.get("embedding") == (settings, shapes.fingerprint):
             environment = found.embedding.environment
         else:
-            environment = make_environment(scene, shapes)
+            environment = finish(make_environment_steps(scene, shapes, memory))
         view = EnvironmentView(environment_lines(environment, shapes.ground_height), shapes.ground_height)
     except MotionGraphError as error:
         seen = f"{settings} {error}"
@@ -59,16 +58,11 @@ def look(scene, depsgraph) -> bool:
     return before is None or before[0] != seen
 
 
-def start() -> None:
-    """Look at the scene from time to time, for as long as its environment is shown."""
-    if not bpy.app.background and not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=0.0)
-
-
 _settings = ""
 
 
 def _tick() -> float | None:
+    """Look at the scene from time to time, for as long as its environment is shown."""
     global _changed, _settings, _next
     scene = bpy.context.scene
     if scene is None or not scene.wayfarer.overlay.show_environment:
@@ -85,59 +79,41 @@ def _tick() -> float | None:
     return _LOOK
 
 
-@persistent
-def _on_update(scene, depsgraph) -> None:
+def _start() -> None:
+    start_timer(_tick)
+
+
+def _on_change(scene, *_) -> None:
     global _changed
-    if bpy.app.background or not scene.wayfarer.overlay.show_environment:
-        return
-    objects = [update for update in depsgraph.updates if isinstance(update.id, bpy.types.Object)]
-    if scene.session_uid in _memories:
-        _memories[scene.session_uid].forget(u.id.original.session_uid for u in objects if u.is_updated_geometry)
-    _changed = True
-    start()
+    if scene.wayfarer.overlay.show_environment:
+        _changed = True
+        _start()
 
 
-@persistent
-def _on_exchange(*_) -> None:
+def _on_exchange() -> None:
     global _changed
     _changed = True
-    _memories.clear()
 
 
-@persistent
-def _on_load(*_) -> None:
+def _on_load() -> None:
     _views.clear()
     _on_exchange()
 
 
-@persistent
-def _after_load(*_) -> None:
-    start()
-
-
 def _on_setting(_) -> None:
-    start()
+    _start()
 
 
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("undo_post", _on_exchange),
-    ("redo_post", _on_exchange),
-    ("load_pre", _on_load),
-    ("load_post", _after_load),
-)
+_LISTENER = Listener(changed=_on_change, exchanged=_on_exchange, closed=_on_load, opened=_start)
 
 
 def register():
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+    LISTENERS.append(_LISTENER)
     CHANGE_LISTENERS.append(_on_setting)
 
 
 def unregister():
     CHANGE_LISTENERS.remove(_on_setting)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
-    for name, handler in reversed(_HANDLERS):
-        getattr(bpy.app.handlers, name).remove(handler)
+    LISTENERS.remove(_LISTENER)
+    stop_timer(_tick)
     _on_load()

@@ -52,8 +52,8 @@ def enable_extension() -> None:
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     import addon_utils  # importable once bpy is
 
-    def fail(error):
-        raise error
+    def fail(*errors):
+        raise errors[0]
 
     addon_utils.enable(EXTENSION, default_set=True, handle_error=fail)
 

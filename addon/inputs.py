@@ -1,14 +1,14 @@
 """What a scene gives to the core: clips, shapes and settings as arrays and values, and their fingerprints."""
 
-import hashlib
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ..core.environment.environment import Environment, build_environment
+from ..core.environment.environment import Environment, build_environment_steps
 from ..core.environment.grid import Grid
+from ..core.environment.pieces import Piece, all_triangles
 from ..core.environment.regions import Region, RegionRule
 from ..core.errors import ClipError, SceneError
 from ..core.motion.clip import MotionClip
@@ -16,32 +16,38 @@ from ..core.motion.doctor import DoctorSettings
 from ..core.motion.graph_settings import MotionGraphSettings
 from ..core.motion.heading import with_steady_heading
 from ..core.motion.mirror import mirrored
-from ..core.progress import Progress
-from .bridge.action_curves import action_curves
-from .bridge.read_actions import FRAME_RATE_PROPERTY, read_clips
-from .bridge.read_scene import ShapeMemory, read_triangles
+from ..core.progress import Progress, finish
+from .bridge.read_actions import read_clip
+from .bridge.read_scene import ShapeMemory, read_pieces, read_triangles
+from .bridge.skeleton import bind_rig
 from .clip_actions import character_problem
+from .fingerprint import fingerprint
+from .motion_fingerprint import action_fingerprint
 from .properties.environment import GroundSource
-
-
-def fingerprint(*parts) -> str:
-    """A digest of arrays, numbers and texts: equal for equal input."""
-    digest = hashlib.blake2b(digest_size=16)
-    for part in parts:
-        if isinstance(part, np.ndarray):
-            digest.update(repr((part.shape, part.dtype.str)).encode())
-            digest.update(np.ascontiguousarray(part))
-        else:
-            digest.update(repr(part).encode())
-        digest.update(b";")
-    return digest.hexdigest()
-
 
 # ------------------------------------------------------------------------------------------------ motion
 
 
-def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
-    """The clips in use, and (action name, reason) of those that cannot be read.
+@dataclass(frozen=True)
+class CharacterClips:
+    """The clips in use.
+
+    Attributes
+    ----------
+    clips : list of MotionClip
+    problems : list of (action name, reason)
+        Of those that cannot be read.
+    seen : dict of str to str
+        The fingerprint of each action, by its name.
+    """
+
+    clips: list[MotionClip]
+    problems: list[tuple[str, str]]
+    seen: dict[str, str]
+
+
+def read_character_steps(scene) -> Generator[Progress, None, CharacterClips]:
+    """Read the clips in use, one between two yields: hundreds of them take their time.
 
     Raises ClipError if the scene has no character, or no action of it is in use.
     """
@@ -49,10 +55,24 @@ def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     problem = character_problem(scene)
     if problem:
         raise ClipError(f"{problem}.")
-    actions = settings.used_actions()
+    character, actions = settings.character, settings.used_actions()
     if not actions:
-        raise ClipError(f"No action of '{settings.character.name}' is in use; refresh the clips or tick at least one.")
-    return read_clips(settings.character, actions)
+        raise ClipError(f"No action of '{character.name}' is in use; refresh the clips or tick at least one.")
+    read, binding = CharacterClips([], [], {}), bind_rig(character)
+    for done, action in enumerate(actions):
+        yield Progress(done / len(actions), f"Reading {action.name}")
+        read.seen[action.name] = action_fingerprint(scene, action)
+        try:
+            read.clips.append(read_clip(character, action, binding=binding))
+        except ClipError as error:
+            read.problems.append((action.name, str(error)))
+    return read
+
+
+def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
+    """The clips in use, and (action name, reason) of those that cannot be read; see :func:`read_character_steps`."""
+    read = finish(read_character_steps(scene))
+    return read.clips, read.problems
 
 
 def prepared_clips_steps(
@@ -104,45 +124,6 @@ def contacts_fingerprint(scene) -> str:
     return fingerprint(scene.wayfarer.contacts.values())
 
 
-def actions_fingerprint(scene) -> str:
-    """Of the character's rest pose and of the keys and tags of the actions in use, whatever they are called."""
-    used = scene.wayfarer.used_actions()
-    return fingerprint(_rest_fingerprint(scene), *sorted(action_fingerprint(scene, action) for action in used))
-
-
-def _rest_fingerprint(scene) -> str:
-    """Of the bones and the size of the character; not of its place, which changes with every walk."""
-    character = scene.wayfarer.character
-    if character is None:
-        return ""
-    bones = character.data.bones
-    matrices = np.empty(16 * len(bones), dtype=np.float32)
-    bones.foreach_get("matrix_local", matrices)
-    scale = [f"{factor:.4g}" for factor in character.matrix_world.to_scale()]
-    return fingerprint([(bone.name, bone.parent.name if bone.parent else "") for bone in bones], matrices, scale)
-
-
-def action_fingerprint(scene, action) -> str:
-    """Of what the scene's character plays of an action: its keys, frame range and tags, but not of its name."""
-    character = scene.wayfarer.character
-    if character is None:
-        return ""
-    try:
-        curves = action_curves(character, action)
-    except ClipError as error:
-        return str(error)
-    parts = [
-        (action.use_frame_range, tuple(action.frame_range)),
-        (action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base),
-        (sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")),
-    ]
-    for place, curve in (*curves.bones.items(), *curves.placement.items()):
-        keys = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
-        curve.keyframe_points.foreach_get("co", keys)
-        parts += [place, keys]
-    return fingerprint(*parts)
-
-
 # ----------------------------------------------------------------------------------------------- ground
 
 
@@ -152,8 +133,8 @@ class SceneShapes:
 
     Attributes
     ----------
-    obstacles : (T, 3, 3) float array
-        World-space triangles in metres.
+    pieces : tuple of Piece
+        The obstacles, in metres.
     low, high : (x, y)
         Corners of the ground rectangle in metres.
     ground_height : float
@@ -162,15 +143,21 @@ class SceneShapes:
         Triangles of each of the scene's regions, in their order; those without an object are left out.
     """
 
-    obstacles: np.ndarray
+    pieces: tuple[Piece, ...]
     low: tuple[float, float]
     high: tuple[float, float]
     ground_height: float
     regions: tuple[np.ndarray, ...]
 
+    @property
+    def obstacles(self) -> np.ndarray:
+        """(T, 3, 3) world-space triangles in metres of all obstacles."""
+        return all_triangles(self.pieces)
+
     @cached_property
     def fingerprint(self) -> str:
-        return fingerprint(self.obstacles, self.low, self.high, self.ground_height, *self.regions)
+        keys = [piece.key for piece in self.pieces]
+        return fingerprint(keys, self.low, self.high, self.ground_height, *self.regions)
 
 
 def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneShapes:
@@ -187,8 +174,8 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
         for obj in (settings.obstacles.all_objects if settings.obstacles else ())
         if obj not in others and obj.parent not in others - {None}
     ]
-    obstacles = read_triangles(solid, depsgraph, memory)
-    low, high, height = _ground(settings, obstacles, depsgraph)
+    pieces = read_pieces(solid, depsgraph, memory)
+    low, high, height = _ground(settings, pieces, depsgraph)
     regions = []
     for region in settings.regions:
         if region.object is not None:
@@ -198,18 +185,18 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
                     f"The region '{region.object.name}' shows no faces; unhide it, give it some, or remove the region."
                 )
             regions.append(triangles)
-    return SceneShapes(obstacles, low, high, height, tuple(regions))
+    return SceneShapes(pieces, low, high, height, tuple(regions))
 
 
-def _ground(settings, obstacles: np.ndarray, depsgraph) -> tuple[tuple[float, float], tuple[float, float], float]:
+def _ground(settings, pieces: Sequence[Piece], depsgraph) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Low and high corner (x, y) of the ground rectangle, and its height."""
     if settings.source is GroundSource.TYPED:
         return tuple(settings.ground_low), tuple(settings.ground_high), settings.ground_height
     if settings.source is GroundSource.OBJECT and settings.ground is not None:
         corners = _world_bounds(settings.ground, depsgraph)
         height = corners[:, 2].max()
-    elif len(obstacles):
-        corners = obstacles.reshape(-1, 3)
+    elif pieces:
+        corners = np.concatenate([piece.bounds for piece in pieces])
         height = corners[:, 2].min()
     else:
         raise SceneError(
@@ -222,11 +209,20 @@ def _ground(settings, obstacles: np.ndarray, depsgraph) -> tuple[tuple[float, fl
 
 def make_environment(scene, shapes: SceneShapes) -> Environment:
     """The environment that the scene's settings make of these shapes; SceneError if they make none."""
+    return finish(make_environment_steps(scene, shapes))
+
+
+def make_environment_steps(
+    scene, shapes: SceneShapes, memory: ShapeMemory | None = None
+) -> Generator[Progress, None, Environment]:
+    """The same in steps, for which nothing of Blender's is needed any more.
+
+    With a ``memory``, obstacles that stand where they stood when it was made last are not looked at again.
+    """
     settings = scene.wayfarer.environment
     grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
-    return build_environment(
-        grid, shapes.obstacles, scene_regions(scene, shapes), settings.to_core(shapes.ground_height)
-    )
+    body, traces = settings.to_core(shapes.ground_height), memory.traces if memory is not None else None
+    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, traces)
 
 
 def scene_regions(scene, shapes: SceneShapes) -> list[Region]:

@@ -106,7 +106,7 @@ class LongOperator:
 
     def _show(self, context, progress: Progress) -> None:
         elapsed = clock(time.monotonic() - self._started)
-        text = f"{progress.message}: {100 * progress.fraction:.0f} %    {elapsed}    Esc to cancel"
+        text = f"{progress.message}: {100 * progress.fraction:.0f}%    {elapsed}    Esc to cancel"
         # Every change makes the window redraw, which can take longer than the slice of work.
         if text != self._shown:
             self._shown = text

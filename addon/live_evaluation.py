@@ -4,6 +4,7 @@ import time
 from collections import deque
 from collections.abc import Generator
 from dataclasses import dataclass
+from math import inf
 from statistics import median
 
 from ..core.embedding.embedding import Embedding, EmbeddingSettings, embed_steps
@@ -13,7 +14,7 @@ from ..core.evaluation.variability import coverage_share
 from ..core.motion.graph import MotionGraph
 from ..core.progress import Progress
 from .bridge.read_scene import ShapeMemory
-from .inputs import SceneShapes, environment_settings_fingerprint, make_environment, read_shapes
+from .inputs import SceneShapes, environment_settings_fingerprint, make_environment_steps, read_shapes
 from .render.floor import find_floor, put_on_floor
 from .render.maps import FloorMap, MapOptions, PaintedMap
 from .state import keep_embedding, keep_painted, results
@@ -36,13 +37,14 @@ class _Wanted:
 class _Round:
     """Everything that one round of work needs; nothing of Blender's.
 
-    ``up_to_date`` is the embedding if that fits already and only the map is missing.
+    ``environment`` makes the environment; ``up_to_date`` is the embedding if that fits already and only the map is
+    missing.
     """
 
     wanted: _Wanted
     graph: MotionGraph
     shapes: SceneShapes | None
-    environment: Environment
+    environment: Generator[Progress, None, Environment] | None
     settings: EmbeddingSettings
     previous: Embedding | None
     up_to_date: Embedding | None
@@ -57,26 +59,38 @@ class LiveEvaluation:
     Tell it of changes with :meth:`change`, and call :meth:`step` until it returns True. It holds no reference to
     Blender's data between two calls. What it does is no step of undo.
 
+    ``memory`` are the shapes that are known; whoever gives it sees to it that what has changed is forgotten.
+
     Attributes
     ----------
     seconds : dict of str to float
         How much work the phases of the last finished round were: read, environment, embed, map, paint, and count,
         which comes after the map is shown. Time of the processor, so that a busy machine does not count.
+    changed_at : float
+        When the last change happened that the floor shows, by ``time.perf_counter``; 0 before the first round.
+    written, drawn : float
+        Seconds by the clock from that change to the colours on the floor, and to the picture that shows them. The
+        latter is for whoever sees Blender draw to fill in.
     error : str
         What is wrong with the scene, if it cannot be evaluated as it is.
     """
 
-    def __init__(self):
+    def __init__(self, memory: ShapeMemory | None = None):
         self.seconds: dict[str, float] = {}
+        self.changed_at = self.written = self.drawn = 0.0
         self.error = ""
-        self._memory = ShapeMemory()
+        self._memory = ShapeMemory() if memory is None else memory
+        self._last_change = time.perf_counter()
+        self._uncounted: Embedding | None = None
         self._stale, self._repaint = True, False
-        self._steps: Generator[Progress, None, tuple[Embedding, PaintedMap]] | None = None
-        self._round: _Round | None = None
+        self._steps: Generator[Progress, None, tuple[_Round, Embedding, PaintedMap]] | None = None
         self._spent: dict[str, float] = {}
         self._shown: tuple[_Wanted, Embedding, PaintedMap] | None = None
         self._settings = ""
+        self._began_at = self._last_change
         self._latencies: deque[float] = deque(maxlen=_ROUNDS)
+        self._durations: deque[float] = deque(maxlen=_ROUNDS)
+        self._worked = self._step_began = 0.0
 
     @property
     def latency(self) -> float:
@@ -84,31 +98,47 @@ class LiveEvaluation:
         return median(self._latencies) if self._latencies else 0.0
 
     @property
+    def takes(self) -> float:
+        """The same by the clock, on a machine that may be busy with other things, but without breaks in the work; more
+        than any time before the first round, and when what is shown has been exchanged.
+        """
+        return median(self._durations) if self._durations and not self._repaint else inf
+
+    @property
     def working(self) -> bool:
         """Whether a round of work has begun and not come to its end."""
         return self._steps is not None
+
+    @property
+    def painted(self) -> bool:
+        """Whether the map is there, or cannot be, and nothing is left of the work but to count what it shows."""
+        return self._steps is None and not self._stale
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is left to do."""
+        return self.painted and self._uncounted is None
 
     @property
     def waiting(self) -> bool:
         """Whether there was a change that the work does not know of."""
         return self._stale
 
-    def change(self, objects=(), restart: bool = True) -> None:
-        """Something has changed; ``objects`` are the session uids of those with another shape.
+    def change(self, restart: bool = True) -> None:
+        """Something has changed.
 
         A round that has begun is given up and starts again, unless ``restart`` is False: then it comes to its end
         first, so that the map follows while changes never cease.
         """
-        self._memory.forget(objects)
-        self._stale = True
+        self._stale, self._last_change = True, time.perf_counter()
         if restart:
             self.stop()
 
     def forget(self) -> None:
         """Blender's data has been exchanged, by undo for example: the floor may show anything."""
         self._memory.clear()
-        self._stale = self._repaint = True
-        self.stop()
+        self._repaint = True
+        self.change()
 
     def notice_settings(self, scene) -> bool:
         """Whether settings differ from those that were seen last: Blender does not tell of them."""
@@ -125,14 +155,16 @@ class LiveEvaluation:
     def step(self, scene, depsgraph, budget: float, map_only: bool = False) -> bool:
         """Work for about ``budget`` seconds; True when the map is as the scene wants it, or cannot be.
 
-        With ``map_only`` the embedding stays as it is, whatever has changed since it was made. What is wrong with the
-        scene is told by ``error``; nothing is raised for it, and what is shown stays.
+        It also returns when the map is painted, so that this can be shown before it is counted. With ``map_only`` the
+        embedding stays as it is, whatever has changed since it was made. What is wrong with the scene is told by
+        ``error``; nothing is raised for it, and what is shown stays.
         """
-        until = time.perf_counter() + budget
+        self._step_began = time.perf_counter()
+        until = self._step_began + budget
         try:
-            if self._steps is None:
-                if not self._stale:
-                    return True
+            if self.painted:
+                self._count(scene)
+            elif self._steps is None:
                 self._begin(scene, depsgraph, map_only)
             while self._steps is not None:
                 try:
@@ -146,17 +178,20 @@ class LiveEvaluation:
             self._steps, self.error = None, str(error)
         except BaseException:
             # Not handled here, but the round is over: nothing goes on from where it broke.
-            self._steps, self._stale = None, False
+            self._steps, self._stale, self._uncounted = None, False, None
             raise
-        return self._steps is None and not self._stale
+        finally:
+            self._worked += time.perf_counter() - self._step_began
+        return self.done
 
     def _begin(self, scene, depsgraph, map_only: bool) -> None:
         """Gather what the scene wants, and begin to work if it is something else than it has."""
-        self._stale, self._spent = False, {}
+        self._stale, self._spent, self._worked = False, {}, 0.0
         found, settings = results(scene), scene.wayfarer
         if found.graph is None or found.embedding is None:
             self.error = "Embed the motion graph first"
             return
+        self._began_at = self._last_change
         started = time.thread_time()
         self.notice_settings(scene)
         made_from = found.made_from["embedding"]
@@ -179,14 +214,11 @@ class LiveEvaluation:
             self._paint(scene, found.embedding, shown[2], wanted.map_key, settings.map.offset)
             self._repaint = False
             return
-        started = time.thread_time()
-        environment = found.embedding.environment if fits else make_environment(scene, shapes)
-        self._spent["environment"] = time.thread_time() - started
-        self._round = _Round(
+        task = _Round(
             wanted=wanted,
             graph=found.graph,
             shapes=shapes,
-            environment=environment,
+            environment=None if fits or shapes is None else make_environment_steps(scene, shapes, self._memory),
             settings=settings.embedding.to_core(),
             previous=found.whole,
             up_to_date=found.embedding if fits else None,
@@ -194,15 +226,16 @@ class LiveEvaluation:
             options=settings.map.to_core(),
             offset=settings.map.offset,
         )
-        self._steps = self._work(self._round)
+        self._steps = self._work(task)
 
-    def _work(self, task: _Round) -> Generator[Progress, None, tuple[Embedding, PaintedMap]]:
+    def _work(self, task: _Round) -> Generator[Progress, None, tuple[_Round, Embedding, PaintedMap]]:
         embedding = task.up_to_date
         if embedding is None:
-            steps = embed_steps(task.graph, task.environment, task.settings, task.previous)
+            environment = yield from self._timed("environment", task.environment)
+            steps = embed_steps(task.graph, environment, task.settings, task.previous)
             embedding = yield from self._timed("embed", steps)
         painted = yield from self._timed("map", task.kind.paint_steps(embedding, task.options))
-        return embedding, painted
+        return task, embedding, painted
 
     def _timed(self, phase: str, steps):
         """The same steps, with the time that they take."""
@@ -216,8 +249,7 @@ class LiveEvaluation:
                 self._spent[phase] = self._spent.get(phase, 0.0) + time.thread_time() - started
             yield progress
 
-    def _finish(self, scene, embedding: Embedding, painted: PaintedMap) -> None:
-        task, self._round = self._round, None
+    def _finish(self, scene, task: _Round, embedding: Embedding, painted: PaintedMap) -> None:
         found, settings = results(scene), scene.wayfarer
         if task.up_to_date is not None:
             still = found.embedding is task.up_to_date
@@ -228,21 +260,32 @@ class LiveEvaluation:
             self._stale = True
             return
         started = time.thread_time()
-        if task.up_to_date is None:
+        if task.up_to_date is None and task.shapes is not None:
             keep_embedding(scene, embedding, task.shapes)
-        self._paint(scene, found.embedding, painted, task.wanted.map_key, task.offset)
-        self._shown = task.wanted, found.embedding, painted
+        self._paint(scene, embedding, painted, task.wanted.map_key, task.offset)
+        self._shown = task.wanted, embedding, painted
         self._repaint = False
         self._spent["paint"] = time.thread_time() - started
         self._latencies.append(sum(self._spent.values()))
-        started = time.thread_time()
-        if task.up_to_date is None:
-            # Only now: the map does not depend on it.
-            found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
-        self._spent["count"] = time.thread_time() - started
+        now = time.perf_counter()
+        self._durations.append(self._worked + now - self._step_began)
+        self.written, self.changed_at = now - self._began_at, self._began_at
         self.seconds = self._spent
+        if task.up_to_date is None:
+            # Later: the map does not depend on it.
+            self._uncounted = embedding
         if settings.map.key != task.wanted.map_key:
             self._stale = True
+
+    def _count(self, scene) -> None:
+        """Bring the numbers in the panels up to date."""
+        embedding, self._uncounted = self._uncounted, None
+        found = results(scene)
+        if embedding is None or found.embedding is not embedding:
+            return
+        started = time.thread_time()
+        found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
+        self.seconds["count"] = time.thread_time() - started
 
     def _paint(self, scene, embedding: Embedding, painted: PaintedMap, key: str, offset: float) -> None:
         found = results(scene)

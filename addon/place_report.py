@@ -7,6 +7,7 @@ import numpy as np
 from ..core.embedding.embedding import Embedding
 from ..core.evaluation.why_not import Reason
 from .render.reason_colors import floor_reasons, place_reason
+from .text import counted
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,11 @@ class PlaceReport:
         if ways == 0:
             return lines
         best = int(np.argmax(self.variability))
-        lines.append(f"{ways:,} ways in {self.n_covered} of {n_headings} headings")
-        lines.append(f"Most at {360 * best / n_headings:.0f}°: {int(self.variability[best]):,} ways")
-        lines.append(f"{len(self.segments)} segments end here:")
-        lines += [f"  {name}: {count:,} ways" for name, count in self.segments[:n_segments]]
+        lines.append(f"{counted(ways, 'way')} in {self.n_covered} of {counted(n_headings, 'heading')}")
+        lines.append(f"Most at {360 * best / n_headings:.0f}°: {counted(int(self.variability[best]), 'way')}")
+        ending = "segment ends" if len(self.segments) == 1 else "segments end"
+        lines.append(f"{len(self.segments)} {ending} here:")
+        lines += [f"  {name}: {counted(count, 'way')}" for name, count in self.segments[:n_segments]]
         if len(self.segments) > n_segments:
             lines.append(f"  and {len(self.segments) - n_segments} more")
         return lines

@@ -11,7 +11,7 @@ from ..core.progress import Progress, portion
 from ..core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
 from ..core.tuning.global_pruning import prune_global_steps
 from ..core.tuning.local_pruning import prune_local_steps
-from .text import counted
+from .text import counted, share
 
 
 class PruningMethod(Enum):
@@ -88,7 +88,8 @@ def prune_steps(whole: Embedding, settings: PruningSettings) -> Generator[Progre
         found = yield from portion(prune_global_steps(whole, settings.n_segments), 0.0, 0.9)
         pruned = found.embedding
         sentences = tuple(
-            f"Without '{drop.name}', too, {drop.coverage:.1%} of the free floor is covered." for drop in found.dropped
+            f"Without '{drop.name}', too, {share(drop.coverage)} of the free floor is covered."
+            for drop in found.dropped
         )
     else:
         budgeted = yield from portion(prune_to_budget_steps(whole, settings.budget), 0.0, 0.9)
@@ -112,5 +113,8 @@ def pruning_from_plain(plain: dict, whole: Embedding, planes: tuple[int, ...]) -
     # Of the same network, so that its links are not kept twice.
     pruned = with_nodes(whole, whole.network.bundles(list(planes)))
     before, after = Extent(**plain["before"]), Extent(**plain["after"])
+    # A measure is none where none was asked for.
+    if not all(isinstance(value, int | float | None) for size in (before, after) for value in asdict(size).values()):
+        raise EmbeddingError("the sizes of the pruned embedding are no numbers.")
     sentences = tuple(str(sentence) for sentence in plain["sentences"])
     return Pruning(whole, pruned, before, after, str(plain["words"]), sentences, bool(plain["met"]))

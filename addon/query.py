@@ -17,6 +17,7 @@ from ..core.evaluation.goals import (
 )
 from ..core.evaluation.reach import PAPER_TIMES, ReachField, time_from_steps, time_to_reach_steps
 from ..core.progress import Progress
+from .text import place
 
 
 class GoalKind(Enum):
@@ -59,7 +60,7 @@ class Query:
     def words(self) -> str:
         """What it is about: "region 'Door'"."""
         if self.kind is GoalKind.CURSOR:
-            return f"{self.place[0]:.2f}, {self.place[1]:.2f} m"
+            return place(*self.place)
         if self.kind is GoalKind.CLIP:
             return f"the {'end' if self.forwards else 'start'} of '{self.name}'"
         return f"{self.kind.value} '{self.name}'"

@@ -1,7 +1,7 @@
 """What has been computed for each scene, and whether it still fits the scene.
 
-Results are values of the core; they are kept in memory while Blender runs (:mod:`.storage` puts them into the file when
-it is saved) and never refer to Blender's data: scenes are known by their session id. A result is *stale* when what it
+Results are kept in memory while Blender runs (:mod:`.scene_results`; :mod:`.storage` puts them into the file when it is
+saved). A result is *stale* when what it
 was made from has changed since: the character, settings, keys of actions, the shape or place of obstacles. That is
 decided by fingerprints of what goes into the work. Those of settings are cheap and always fresh; those of actions and
 meshes are taken anew in a window only after Blender has told of a change and things have come to rest, so that dragging
@@ -11,9 +11,9 @@ What a result left in the scene, the painted floor and the baked walk, carries a
 whoever undoes it, or deletes it, has it no longer.
 """
 
+import time
 import uuid
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import bpy
@@ -23,119 +23,97 @@ from ..core.embedding.embedding import Embedding
 from ..core.errors import MotionGraphError
 from ..core.evaluation.why_not import LostLinks
 from ..core.motion.graph import MotionGraph
-from ..core.motion.graph_summary import GraphSummary, summarize
+from ..core.motion.graph_summary import summarize
 from ..core.playback.walk import Walk
 from .clip_actions import character_problem
 from .examination import ClipHealth, ClipMotion
 from .inputs import (
     SceneShapes,
-    action_fingerprint,
-    actions_fingerprint,
     contacts_fingerprint,
     doctor_settings_fingerprint,
     environment_settings_fingerprint,
     graph_settings_fingerprint,
     read_shapes,
 )
-from .pruning import Pruning
+from .motion_fingerprint import action_fingerprint, actions_fingerprint
 from .render.contact_strip import ContactShares
 from .render.floor import find_floor
+from .scene_changes import shape_memory
+from .scene_results import (
+    REMEMBERED,
+    SceneResults,
+    await_results,
+    embedding_of,
+    forget_all,
+    graph_of,
+    has_pending,
+    has_results,
+    is_known,
+    n_kept,
+    results,
+    walk_of,
+    whole_of,
+)
+
+__all__ = [
+    "AT_WORK",
+    "MARK",
+    "NEWLY_MADE",
+    "SceneResults",
+    "contacts_of",
+    "embedding_changes",
+    "embedding_is_stale",
+    "embedding_of",
+    "find_painted",
+    "find_walk",
+    "graph_changes",
+    "graph_is_stale",
+    "graph_of",
+    "has_pending",
+    "has_results",
+    "health_of",
+    "keep_contacts",
+    "keep_embedding",
+    "keep_graph",
+    "keep_health",
+    "keep_motion",
+    "keep_painted",
+    "keep_pending",
+    "keep_walk",
+    "lost_links",
+    "map_is_stale",
+    "motion_of",
+    "n_kept",
+    "played_by",
+    "redraw",
+    "register",
+    "results",
+    "unregister",
+    "walk_changes",
+    "walk_is_stale",
+    "walk_of",
+    "whole_of",
+]
 
 _SETTLED = 0.25
 """Seconds without a further change after which fingerprints are taken anew."""
 
+_SLICE = 0.02
+_TICK = 0.005
+"""Seconds of taking them, and of everything else between two slices of it."""
+
+_END = object()
+
 MARK = "wayfarer_result"
 """Custom property of the floor and of baked walks: which result they show."""
-
-_REMEMBERED = 3
-"""Painted maps and walks that undo can come back to."""
 
 NEWLY_MADE = {"graph": "The motion graph was built anew", "embedding": "The motion graph was embedded anew"}
 
 
-@dataclass
-class SceneResults:
-    """The results of one scene; None where there is none (yet).
-
-    ``made_from`` holds, for graph and embedding, the fingerprints of settings and of data that they were made from;
-    ``present`` those of the data as last seen; ``made_for`` the character and the actions of the graph, by session id.
-    ``painted`` is the embedding whose map the floor shows, with the key of the map (``scene.wayfarer.map.key``).
-    ``ground_height`` is the world z (m) of the embedding's ground. ``summary`` holds the numbers that the panels show,
-    ``graph_summary`` what there is to say about the graph, ``lost_links`` an embedding and the links that it lost.
-    ``marked`` are what floors and walks of late show, by their mark; ``prunings`` how embeddings were pruned of late.
-
-    ``health`` and ``contacts`` are what was found out about single actions, by name and fingerprint of the action and
-    by that of the settings: whoever undoes a change finds again what was known before it. ``motions`` are how far
-    actions go, by fingerprint. ``actions`` are the fingerprints of actions as last seen, by name.
-
-    ``pending`` reads results that were saved, when they are asked for first; ``problem`` says why they could not be
-    read, ``unread`` are those, as they lay in the file. ``encoded`` are results as bytes, with what they were made of,
-    ``stored_bytes`` what they take in the file.
-    """
-
-    health: dict[tuple[str, str, str], ClipHealth] = field(default_factory=dict)
-    contacts: dict[tuple[str, str], ContactShares] = field(default_factory=dict)
-    motions: dict[str, ClipMotion] = field(default_factory=dict)
-    actions: dict[str, str] = field(default_factory=dict)
-    graph: MotionGraph | None = None
-    graph_summary: GraphSummary | None = None
-    embedding: Embedding | None = None
-    lost_links: tuple[Embedding, LostLinks] | None = None
-    painted: tuple[Embedding, str] | None = None
-    walk: Walk | None = None
-    ground_height: float = 0.0
-    made_for: tuple[int, tuple[int, ...]] = (0, ())
-    made_from: dict[str, tuple[str, str]] = field(default_factory=dict)
-    present: dict[str, str] = field(default_factory=dict)
-    summary: dict[str, Any] = field(default_factory=dict)
-    marked: dict[str, Any] = field(default_factory=dict)
-    prunings: list[Pruning] = field(default_factory=list)
-    pending: Callable[["SceneResults"], None] | None = None
-    problem: str = ""
-    unread: dict[str, Any] = field(default_factory=dict)
-    encoded: dict[str, tuple[Any, bytes]] = field(default_factory=dict)
-    stored_bytes: int = 0
-
-    @property
-    def pruning(self) -> Pruning | None:
-        """How the embedding was pruned; None if it was not."""
-        return next((pruning for pruning in self.prunings if pruning.pruned is self.embedding), None)
-
-    @property
-    def whole(self) -> Embedding | None:
-        """The embedding as it was before it was pruned."""
-        pruning = self.pruning
-        return self.embedding if pruning is None else pruning.whole
-
-
-_by_scene: dict[int, SceneResults] = {}
-
-
-def results(scene) -> SceneResults:
-    """The results of a scene, empty at first."""
-    found = _by_scene.setdefault(scene.session_uid, SceneResults())
-    if found.pending is not None:
-        pending, found.pending = found.pending, None
-        pending(found)
-    return found
-
-
 def keep_pending(scene, read: Callable[[SceneResults], None]) -> None:
     """Results of a scene that ``read`` fills in when they are asked for first."""
-    _by_scene[scene.session_uid] = SceneResults(pending=read)
+    await_results(scene, read)
     _on_change()
-
-
-def has_pending(scene) -> bool:
-    """Whether results were saved with the scene that nobody has asked for yet."""
-    found = _by_scene.get(scene.session_uid)
-    return found is not None and found.pending is not None
-
-
-def has_results(scene) -> bool:
-    """Whether there are results of a scene, read or not yet read."""
-    found = _by_scene.get(scene.session_uid)
-    return found is not None and (found.pending is not None or found.graph is not None or bool(found.problem))
 
 
 def keep_health(scene, action: str, seen: str, health: ClipHealth) -> None:
@@ -143,6 +121,7 @@ def keep_health(scene, action: str, seen: str, health: ClipHealth) -> None:
     found = results(scene)
     found.health[action, seen, doctor_settings_fingerprint(scene)] = health
     found.actions[action] = seen
+    _keep_latest(found.health, len(found.actions))
 
 
 def keep_contacts(scene, action: str, seen: str, shares: ContactShares) -> None:
@@ -150,6 +129,7 @@ def keep_contacts(scene, action: str, seen: str, shares: ContactShares) -> None:
     found = results(scene)
     found.contacts[seen, contacts_fingerprint(scene)] = shares
     found.actions[action] = seen
+    _keep_latest(found.contacts, len(found.actions))
 
 
 def keep_motion(scene, action: str, seen: str, motion: ClipMotion) -> None:
@@ -157,6 +137,13 @@ def keep_motion(scene, action: str, seen: str, motion: ClipMotion) -> None:
     found = results(scene)
     found.motions[seen] = motion
     found.actions[action] = seen
+    _keep_latest(found.motions, len(found.actions))
+
+
+def _keep_latest(known: dict, n_actions: int) -> None:
+    """Forget the oldest of what is known about actions, beyond what undo may come back to."""
+    while len(known) > 8 * n_actions + 100:
+        del known[next(iter(known))]
 
 
 def motion_of(scene, action) -> ClipMotion | None:
@@ -228,7 +215,7 @@ def _mark(found: SceneResults, datablock, result) -> None:
     found.marked[mark] = result
     kind = type(result[0])
     alike = [mark for mark, other in found.marked.items() if type(other[0]) is kind]
-    for mark in alike[:-_REMEMBERED]:
+    for mark in alike[:-REMEMBERED]:
         del found.marked[mark]
 
 
@@ -344,35 +331,68 @@ def _seen(scene, action) -> str:
 
 def _look(scene) -> None:
     """Take the fingerprints of the scene's actions and shapes."""
+    for _ in _look_steps(scene):
+        pass
+
+
+def _look_steps(scene) -> Iterator[None]:
+    """The same, an action between two yields: hundreds of them take seconds. What plays is looked at first."""
     found = results(scene)
-    known = {clip.action for clip in scene.wayfarer.clips if clip.action and clip.action.name in found.actions}
-    found.actions.update({action.name: action_fingerprint(scene, action) for action in known})
-    if found.graph is not None:
-        found.present["graph"] = actions_fingerprint(scene)
     if found.embedding is not None:
         try:
-            shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get()).fingerprint
+            shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get(), shape_memory(scene)).fingerprint
         except MotionGraphError as error:
             # The ground is gone, or a region is: whatever the embedding was made from, it was not this.
             shapes = str(error)
         found.present["embedding"] = shapes
+        yield
+    character = scene.wayfarer.character
+    playing = character.animation_data.action if character and character.animation_data else None
+    actions = {clip.action for clip in scene.wayfarer.clips if clip.action and clip.action.name in found.actions}
+    if found.graph is not None:
+        actions.update(scene.wayfarer.used_actions())
+    # By their ids: between two yields anything may be removed.
+    order = [action.session_uid for action in sorted(actions, key=lambda action: action != playing)]
+    for place, uid in enumerate(order):
+        action = next((action for action in bpy.data.actions if action.session_uid == uid), None)
+        if action is not None:
+            found.actions[action.name] = action_fingerprint(scene, action)
+        if found.graph is not None and place == 0:
+            found.present["graph"] = actions_fingerprint(scene, found.actions)
+        yield
+    if found.graph is not None:
+        found.present["graph"] = actions_fingerprint(scene, found.actions)
 
 
 AT_WORK: list[Callable[[Any], bool]] = []
 """Called with a scene: whether its results are being brought up to date at this moment, so that looking must wait."""
 
 
+_looking: tuple[int, Iterator[None]] | None = None
+"""The scene that is being looked at, by its session id, and what is left to do."""
+
+
 def _settle() -> float | None:
     """Timer: the changes have come to an end."""
+    global _looking
     scene = bpy.context.scene
-    if scene is None:
+    if scene is None or not is_known(scene):
+        _looking = None
         return None
     if any(at_work(scene) for at_work in AT_WORK):
         return _SETTLED
-    if scene.session_uid in _by_scene:
-        _look(scene)
-    redraw()
-    return None
+    if _looking is None or _looking[0] != scene.session_uid:
+        _looking = scene.session_uid, _look_steps(scene)
+    until = time.perf_counter() + _SLICE
+    while time.perf_counter() < until:
+        if _looking is None:
+            # Evaluating the scene brought a change to light: that has set the timer anew.
+            return None
+        if next(_looking[1], _END) is _END:
+            _looking = None
+            redraw()
+            return None
+    return _TICK
 
 
 def redraw() -> None:
@@ -385,7 +405,10 @@ def redraw() -> None:
 
 @persistent
 def _on_change(*_) -> None:
-    if bpy.app.background or not _by_scene:
+    global _looking
+    # Whatever was being looked at may have changed: from the start.
+    _looking = None
+    if bpy.app.background or not n_kept():
         return
     if bpy.app.timers.is_registered(_settle):
         bpy.app.timers.unregister(_settle)
@@ -396,7 +419,7 @@ def _on_change(*_) -> None:
 def _on_exchange(*_) -> None:
     """Undo and redo: what floor and walk show now is what they are marked with."""
     for scene in bpy.data.scenes:
-        if scene.session_uid in _by_scene and not has_pending(scene):
+        if is_known(scene) and not has_pending(scene):
             _follow_marks(scene)
     _on_change()
 
@@ -418,7 +441,9 @@ def _follow_marks(scene) -> None:
 
 @persistent
 def _on_load(*_) -> None:
-    _by_scene.clear()
+    global _looking
+    _looking = None
+    forget_all()
 
 
 _HANDLERS = (
@@ -439,4 +464,4 @@ def unregister():
         bpy.app.timers.unregister(_settle)
     for name, handler in reversed(_HANDLERS):
         getattr(bpy.app.handlers, name).remove(handler)
-    _by_scene.clear()
+    forget_all()

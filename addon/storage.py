@@ -6,17 +6,21 @@ property is taken out of the scene and its bytes wait until somebody asks for th
 are not copied with the scene, and come along when it is appended or linked.
 
 What cannot be read, because it is damaged or of a later version, is left out with a sentence; nothing in it is ever
-executed.
+executed. A checksum over all of it tells what was damaged; what was made up is checked part by part, so that whatever
+is read can be worked with.
 """
 
+import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
+from numbers import Real
 
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from ..core.archive import ArchiveFormat, archive_from_bytes, archive_to_bytes, require
+from ..core.archive import DAMAGE, ArchiveFormat, archive_from_bytes, archive_to_bytes, require
 from ..core.embedding.archive import embedding_from_bytes, embedding_to_bytes
 from ..core.embedding.embedding import Embedding
 from ..core.errors import MotionGraphError, WalkError
@@ -39,9 +43,10 @@ from .state import (
 )
 
 PROPERTY = "wayfarer_results"
-"""Custom property of scenes in files: a group of bytes and of one text in JSON."""
+"""Custom property of scenes in files: a group of bytes, of one text in JSON and of their checksum."""
 
 _VERSION = 1
+_CHECKSUM = "sha256"
 _WALK_FORMAT = ArchiveFormat("walk", 1, WalkError)
 
 
@@ -65,7 +70,7 @@ def encoded_results(scene) -> dict[str, bytes | str] | None:
         "made_for": [mine == now for mine, now in zip(found.made_for, played_by(scene), strict=True)],
         "summary": found.summary,
         "actions": found.actions,
-        "motions": {seen: [motion.distance, motion.turn] for seen, motion in found.motions.items()},
+        "motions": {seen: [found.motions[seen].distance, found.motions[seen].turn] for seen in _measured(found)},
     }
     parts: dict[str, bytes | str] = {}
     if found.embedding is None or found.embedding.graph is not found.graph:
@@ -85,7 +90,24 @@ def encoded_results(scene) -> dict[str, bytes | str] | None:
             parts["walk"] = _encoded(found, "walk", found.walk, walk_to_bytes)
             header["walk"] = action[MARK]
     parts["header"] = json.dumps(header, default=float)
+    parts[_CHECKSUM] = checksum(parts)
     return parts
+
+
+def _measured(found: SceneResults) -> list[str]:
+    """Fingerprints of actions as they are now that have been measured; what undo may come back to is not kept."""
+    return [seen for seen in sorted(set(found.actions.values())) if seen in found.motions]
+
+
+def checksum(parts: Mapping[str, bytes | str]) -> str:
+    """Of all parts but the checksum itself."""
+    digest = hashlib.sha256()
+    for name in sorted(parts.keys() - {_CHECKSUM}):
+        part = parts[name]
+        data = part if isinstance(part, bytes) else str(part).encode(errors="replace")
+        digest.update(f"{name} {type(part).__name__} {len(data)} ".encode())
+        digest.update(data)
+    return digest.hexdigest()
 
 
 def _encoded(found: SceneResults, kind: str, value, encode) -> bytes:
@@ -107,11 +129,17 @@ def walk_from_bytes(raw: bytes, embedding: Embedding) -> Walk:
 
     def build(_, arrays) -> Walk:
         states, stencils = arrays["states"], arrays["stencils"]
+        require(states.dtype == stencils.dtype == np.int64)
         require(states.ndim == 2 and states.shape == (len(stencils) + 1, 4) and stencils.ndim == 1)
-        known = embedding.unrolling.stencils.segment
+        known = embedding.unrolling.stencils
         require(len(stencils) > 0 and stencils.min() >= 0 and stencils.max() < len(known))
-        require(np.array_equal(known[stencils], states[1:, 3]))
-        require(states[:, 2:].min() >= 0 and np.all(states[:, 2:].max(axis=0) < embedding.shape[2:]))
+        # It starts on the ground and goes where its links lead.
+        require(np.all(states[0] >= 0) and np.all(states[0] < embedding.shape))
+        require(np.array_equal(np.diff(states[:, 0]), known.dx[stencils]))
+        require(np.array_equal(np.diff(states[:, 1]), known.dy[stencils]))
+        require(np.array_equal(states[:-1, 2], known.heading[stencils]))
+        require(np.array_equal(states[1:, 2], known.destination_heading[stencils]))
+        require(np.array_equal(states[1:, 3], known.segment[stencils]))
         return Walk(embedding, states, stencils)
 
     return archive_from_bytes(_WALK_FORMAT, raw, "walk", build)
@@ -126,12 +154,13 @@ def decoded_results(scene, stored: dict[str, bytes | str], found: SceneResults) 
         header = json.loads(stored["header"])
         if header["version"] > _VERSION:
             raise WalkError("they were saved by a later version of Wayfarer; update the extension")
+        if stored[_CHECKSUM] != checksum(stored):
+            raise WalkError("they are damaged: their checksum does not match")
         _decode(scene, stored, header, found)
-    except (MotionGraphError, LookupError, TypeError, ValueError, AttributeError) as error:
+    except (*DAMAGE, MemoryError) as error:
         # Nothing by halves: what was filled in before the trouble came is of no use.
-        found.graph = found.graph_summary = found.embedding = found.walk = found.painted = None
-        found.prunings, found.unread = [], stored
-        found.problem = f"The results that were saved with this scene cannot be used: {_phrase(error)}. Compute anew"
+        problem = f"The results that were saved with this scene cannot be used: {_phrase(error)}. Compute anew"
+        vars(found).update(vars(SceneResults(problem=problem, unread=stored, stored_bytes=found.stored_bytes)))
 
 
 def _decode(scene, stored, header, found: SceneResults) -> None:
@@ -145,11 +174,13 @@ def _decode(scene, stored, header, found: SceneResults) -> None:
         found.encoded["embedding"] = (found.embedding, stored["embedding"])
         found.ground_height = float(header["ground_height"])
     if "graph" in stored:
-        found.graph = graph_from_bytes(stored["graph"], "motion graph")
-        found.encoded["graph"] = (found.graph, stored["graph"])
+        graph = graph_from_bytes(stored["graph"], "motion graph")
+        found.encoded["graph"] = (graph, stored["graph"])
+    elif found.embedding is not None:
+        graph = found.embedding.graph
     else:
-        found.graph = found.embedding.graph
-    found.graph_summary = summarize(found.graph)
+        raise WalkError("there is no motion graph among them")
+    found.graph, found.graph_summary = graph, summarize(graph)
     kinds = ("graph", "embedding") if found.embedding is not None else ("graph",)
     for kind in kinds:
         settings, data = header["made_from"][kind]
@@ -160,25 +191,49 @@ def _decode(scene, stored, header, found: SceneResults) -> None:
     character, actions = played_by(scene)
     same_character, same_actions = header["made_for"]
     found.made_for = (character if same_character else -1, actions if same_actions else (-1,))
-    found.summary = dict(header["summary"])
+    found.summary = _summary(header["summary"], header, found)
     found.actions = {str(name): str(seen) for name, seen in header["actions"].items()}
     found.motions = {str(seen): ClipMotion(float(far), float(turn)) for seen, (far, turn) in header["motions"].items()}
     if "lost_links" in header:
-        found.lost_links = found.embedding, LostLinks(**header["lost_links"])
+        found.lost_links = found.embedding, LostLinks(**_numbers(header["lost_links"]))
     if "painted" in header:
-        mark, key = header["painted"]
+        mark, key = map(str, header["painted"])
         found.painted = found.marked[mark] = (found.embedding, key)
-    if "walk" in header:
+    if "walk" in header and found.embedding is not None:
         found.walk = walk_from_bytes(stored["walk"], found.embedding)
         found.encoded["walk"] = (found.walk, stored["walk"])
         numbers = {name: value for name, value in found.summary.items() if name.startswith("walk_")}
-        found.marked[header["walk"]] = (found.walk, numbers)
+        found.marked[str(header["walk"])] = (found.walk, numbers)
+
+
+#: Numbers that panels show beside a graph, an embedding and a walk: where there is one, they are there.
+_SUMMARY = {
+    "graph": ("clips", "clips_played", "motion_seconds", "dropped_seconds"),
+    "embedding": ("nodes", "links", "coverage"),
+    "walk": ("walk_seconds", "walk_length", "walk_segments"),
+}
+
+
+def _summary(plain: Mapping, header: Mapping, found: SceneResults) -> dict:
+    """The summary of a header, if panels can show it."""
+    kinds = [kind for kind in _SUMMARY if getattr(found, kind) is not None or kind in header]
+    _numbers({name: plain[name] for kind in kinds for name in _SUMMARY[kind]})
+    require(all(isinstance(name, str) for name in plain.get("outside", [])))
+    return dict(plain)
+
+
+def _numbers(plain: Mapping) -> dict:
+    """The same; ValueError if anything but numbers is in it."""
+    require(all(isinstance(value, Real) for value in plain.values()))
+    return dict(plain)
 
 
 def _phrase(error: Exception) -> str:
     """An exception as a part of a sentence."""
     if isinstance(error, MotionGraphError):
         return str(error).rstrip(".")
+    if isinstance(error, MemoryError):
+        return "they need more memory than there is"
     return f"they are damaged ({type(error).__name__}: {error})"
 
 

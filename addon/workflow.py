@@ -18,15 +18,14 @@ from ..core.progress import Progress, portion
 from .examination import ClipMotion, clip_motions
 from .inputs import (
     SceneShapes,
-    action_fingerprint,
-    actions_fingerprint,
     graph_settings,
     make_environment,
     prepared_clips_steps,
-    read_character,
+    read_character_steps,
     read_shapes,
 )
-from .state import keep_embedding, keep_graph, keep_motion, results
+from .motion_fingerprint import actions_fingerprint
+from .state import graph_of, keep_embedding, keep_graph, keep_motion, results
 
 
 @dataclass(frozen=True)
@@ -44,18 +43,19 @@ class BuiltGraph:
 
 def build_graph_steps(scene) -> Generator[Progress, None, BuiltGraph]:
     """Build the motion graph of the scene's character; raises ClipError if its clips do not make one."""
-    clips, problems = read_character(scene)
-    if not clips:
-        name, reason = problems[0]
+    read = yield from portion(read_character_steps(scene), 0.0, 0.2)
+    if not read.clips:
+        name, reason = read.problems[0]
         raise ClipError(f"No action of '{scene.wayfarer.character.name}' can be used. '{name}': {reason}")
-    actions, settings = actions_fingerprint(scene), graph_settings(scene)
-    seen = {action.name: action_fingerprint(scene, action) for action in scene.wayfarer.used_actions()}
+    settings, actions = graph_settings(scene), actions_fingerprint(scene, read.seen)
     steady_heading, mirror = scene.wayfarer.graph.steady_heading, scene.wayfarer.graph.mirror_clips
-    yield Progress(0.0, "Reading clips")
-    motions = clip_motions(clips)
-    clips = yield from prepared_clips_steps(clips, steady_heading, mirror)
-    graph = yield from build_motion_graph_steps(clips, settings)
-    return BuiltGraph(graph, actions, len(clips), tuple(problems), seen, motions)
+    motions = {}
+    for clip in read.clips:
+        yield Progress(0.2, f"Measuring {clip.name}")
+        motions.update(clip_motions([clip]))
+    clips = yield from portion(prepared_clips_steps(read.clips, steady_heading, mirror), 0.2, 0.3)
+    graph = yield from portion(build_motion_graph_steps(clips, settings), 0.3, 1.0)
+    return BuiltGraph(graph, actions, len(read.clips), tuple(read.problems), read.seen, motions)
 
 
 def keep_built(scene, built: BuiltGraph) -> None:
@@ -87,10 +87,10 @@ def embed_scene_steps(scene, depsgraph) -> Generator[Progress, None, Embedded]:
     shapes = read_shapes(scene, depsgraph)
     environment = make_environment(scene, shapes)
     outside = _outside(scene, shapes)
-    found, settings = results(scene), scene.wayfarer.embedding.to_core()
+    settings = scene.wayfarer.embedding.to_core()
     yield Progress(0.0, "Reading the scene")
     # What did not move since the last time need not be computed again.
-    steps = embed_steps(found.graph, environment, settings, found.whole)
+    steps = embed_steps(graph_of(scene), environment, settings, results(scene).whole)
     embedding = yield from portion(steps, 0.0, 0.9)
     # Counted here, because counting takes about as long as embedding.
     yield Progress(0.9, "Counting links")

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 
 from ...core.motion.joint_roles import JointRole, guess_joint_roles
+from ..versions import node_tree
 from .body_shapes import Part, capsule, egg, joined, slab, trunk
 from .skeleton import bind_rig
 
@@ -79,10 +80,10 @@ class _Mannequin:
             thigh, shin = self.joint[JointRole.THIGH, "left"], self.joint[JointRole.SHIN, "left"]
             leg = np.linalg.norm(self.heads[shin] - self.heads[thigh])
             leg += np.linalg.norm(self._end(shin) - self.heads[shin])
-            self.height = leg / _LEG_SHARE
+            self.height = float(leg / _LEG_SHARE)
             across = self.heads[thigh] - self.heads[self.joint[JointRole.THIGH, "right"]]
         else:
-            self.height = np.ptp(np.concatenate([self.heads, self.tails]) @ self.up)
+            self.height = float(np.ptp(np.concatenate([self.heads, self.tails]) @ self.up))
             across = np.array([1.0, 0.0, 0.0])
         across = across - (across @ self.up) * self.up
         if np.linalg.norm(across) < 1e-6 * max(self.height, 1e-6):
@@ -121,7 +122,7 @@ class _Mannequin:
                     parts.append(capsule(self.names[collar], start, self.heads[arm], radius, radius, _ORANGE))
                 done |= {*collars, *self._between(0, leg)}
         for joint, name in enumerate(self.names):
-            length = np.linalg.norm(self.tails[joint] - self.heads[joint])
+            length = float(np.linalg.norm(self.tails[joint] - self.heads[joint]))
             if joint not in done and self.deforms[joint] and length > 0.01 * self.height:
                 radius = min(0.12 * length, 0.03 * self.height)
                 parts.append(capsule(name, self.heads[joint], self.tails[joint], radius, 0.6 * radius, _ORANGE))
@@ -227,11 +228,9 @@ def _material(name: str, color: tuple[float, float, float]):
     material = bpy.data.materials.get(name)
     if material is None:
         material = bpy.data.materials.new(name)
-        if material.node_tree is None:  # before 5.0 nodes were optional
-            material.use_nodes = True
         material.diffuse_color = (*color, 1.0)
         material.roughness = 0.6
-        shader = material.node_tree.nodes["Principled BSDF"]
+        shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = (*color, 1.0)
         shader.inputs["Roughness"].default_value = 0.5
     return material

@@ -44,7 +44,7 @@ def check_bvh(path) -> float:
         frame_time = float(header.group(1)) if header else 0.0
     except ValueError:
         frame_time = 0.0
-    if not 0 < frame_time < np.inf:
+    if header is None or not 0 < frame_time < np.inf:
         raise ClipError(f"'{name}' does not say how long its frames last; repair its line 'Frame Time:'.")
     try:
         values = np.array(motion[header.end() :].split(), dtype=float)

@@ -95,7 +95,7 @@ def needs_evaluation(curves: ActionCurves, frames: np.ndarray, binding: RigBindi
     """Whether more than rotations and locations of f-curves has a say in the pose: constraints, scaled bones ..."""
     scaled = {bone for bone, name, _ in curves.bones if name == "scale"}
     return bool(binding.evaluation_reason) or any(
-        np.abs(curves.bone_channels(bone, "scale", frames) - 1).max() > 1e-5 for bone in scaled
+        np.abs(np.asarray(curves.bone_channels(bone, "scale", frames)) - 1).max() > 1e-5 for bone in scaled
     )
 
 

@@ -5,71 +5,101 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.environment.pieces import Piece, Shape, all_triangles
+from ...core.environment.traces import TraceMemory
 from ...core.errors import SceneError
+
+_MOST_PIECES = 20_000
+"""Places of shapes that are remembered; a scene that has more loses only time."""
 
 
 @dataclass
 class ShapeMemory:
-    """Triangles that have been read, so that what did not change shape is not read again.
+    """Shapes that have been read, so that what did not change shape is not read again, and what is known of those that
+    did not move.
 
     A shape is known by the evaluated mesh that it was read from. That mesh lives until the object that shows it, or
     the object that instances it, changes its geometry: whoever keeps a memory must :meth:`forget` these objects then,
     and everything when Blender makes its evaluated data anew (undo, another file or view layer).
+
+    Attributes
+    ----------
+    traces : TraceMemory
+        What the shapes leave on the ground; known by their content, and so never wrong.
     """
 
-    _shapes: dict[tuple, np.ndarray] = field(default_factory=dict)
+    traces: TraceMemory = field(default_factory=TraceMemory)
+    _shapes: dict[tuple, Shape] = field(default_factory=dict)
+    _pieces: dict[tuple, Piece] = field(default_factory=dict)
 
-    def triangles(self, shown, source) -> np.ndarray:
-        """(T, 3, 3) corners in the object's own space of an evaluated object, ``source`` being what it comes from."""
+    def shape(self, shown, source) -> Shape:
+        """What an evaluated object shows, in its own space; ``source`` is what it comes from."""
         mesh = shown.data
         owners = shown.original.session_uid, source.original.session_uid
         key = (*owners, mesh.as_pointer(), len(mesh.vertices), len(mesh.polygons))
         if key not in self._shapes:
-            self._shapes[key] = _local_triangles(shown)
+            self._shapes[key] = Shape(_local_triangles(shown))
         return self._shapes[key]
+
+    def piece(self, shape: Shape, matrix: np.ndarray) -> Piece:
+        """A shape of this memory in its place."""
+        key = id(shape), matrix.tobytes()
+        if key not in self._pieces:
+            if len(self._pieces) >= _MOST_PIECES:
+                self._pieces.clear()
+            self._pieces[key] = Piece(shape, matrix)
+        return self._pieces[key]
 
     def forget(self, objects: Iterable[int]) -> None:
         """Forget what these objects, given by their session uid, show or instance."""
         changed = set(objects)
         self._shapes = {key: shape for key, shape in self._shapes.items() if not changed.intersection(key[:2])}
+        known = {id(shape) for shape in self._shapes.values()}
+        self._pieces = {key: piece for key, piece in self._pieces.items() if key[0] in known}
 
     def clear(self) -> None:
         self._shapes.clear()
+        self._pieces.clear()
 
 
-def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> np.ndarray:
-    """(T, 3, 3) world positions in metres of the corners of all triangles of ``objects``: [triangle, corner,
-    xyz].
+def read_pieces(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> tuple[Piece, ...]:
+    """What ``objects`` show, in metres: one piece for each mesh that has faces.
 
     Evaluated: modifiers and geometry nodes are applied, and everything that the objects instance
     (collections, instances of geometry nodes, duplis, particles) is included where it stands. Curves, text
     and metaballs count by their surface. Objects without faces, and objects hidden in the viewport, give no
-    triangles. One Blender unit is one metre. With a ``memory``, shapes that it knows are not read again.
+    pieces. One Blender unit is one metre. With a ``memory``, shapes that it knows are not read again.
 
     Raises SceneError, naming the object, if a coordinate is not a number.
     """
     wanted = {obj.original for obj in objects}
     # Many instances share one shape; evaluated data stays in place while the instances are listed.
     memory = ShapeMemory() if memory is None else memory
-    triangles = []
+    pieces = []
     for instance in depsgraph.object_instances:
         shown = instance.object
         source = instance.parent if instance.is_instance else shown
         if source is None or source.original not in wanted or shown.type != "MESH":
             # Curves, text and metaballs are listed a second time, as an instance of their own mesh.
             continue
-        local = memory.triangles(shown, source)
-        if len(local) == 0:
+        shape = memory.shape(shown, source)
+        if len(shape.triangles) == 0:
             continue
         matrix = np.array(instance.matrix_world, dtype=float)
-        corners = local.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
-        if not np.isfinite(corners).all():
+        if not (shape.is_finite and np.isfinite(matrix).all()):
             raise SceneError(
                 f"The object '{source.original.name}' has vertices whose position is not a number; repair its mesh "
                 "or its modifiers, or leave it out of the obstacles."
             )
-        triangles.append(corners.reshape(-1, 3, 3))
-    return np.concatenate(triangles) if triangles else np.empty((0, 3, 3))
+        pieces.append(memory.piece(shape, matrix))
+    return tuple(pieces)
+
+
+def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> np.ndarray:
+    """(T, 3, 3) world positions in metres of the corners of all triangles of ``objects``: [triangle, corner,
+    xyz]; see :func:`read_pieces`.
+    """
+    return all_triangles(read_pieces(objects, depsgraph, memory))
 
 
 def _local_triangles(evaluated) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import bpy
 import numpy as np
@@ -237,8 +238,9 @@ def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
     below_root = _below(bone_parents, 0)
     parents = np.where(below_root, bone_parents, 0)
     parents[0] = -1
-    local_rotations = (rotations[np.maximum(parents, 0)].inv() * rotations).as_quat(scalar_first=True)
-    local_positions = rotations[np.maximum(parents, 0)].inv().apply(positions - positions[np.maximum(parents, 0)])
+    above: Any = np.maximum(parents, 0)  # SciPy's annotations know of no rotations picked by an array
+    local_rotations = (rotations[above].inv() * rotations).as_quat(scalar_first=True)
+    local_positions = rotations[above].inv().apply(positions - positions[above])
     local_rotations[0] = rotations[0].as_quat(scalar_first=True)
     local_positions[0] = positions[0]
     if forward is not None:

@@ -1,8 +1,13 @@
 """A ground of flat coloured cells."""
 
+from typing import cast
+
 import bpy
 import numpy as np
 from mathutils import Matrix
+
+from ...core.errors import SceneError
+from ..versions import node_tree
 
 ATTRIBUTE = "Wayfarer Map"
 """Name of the colour attribute and of the material. (Cycles shows names such as "heat" or "density" as black.)"""
@@ -30,7 +35,7 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
         collection.objects.link(obj)
     if obj.matrix_world != Matrix.Identity(4):
         obj.matrix_world = Matrix.Identity(4)
-    mesh = obj.data
+    mesh = cast(bpy.types.Mesh, obj.data)
     place = (x0, y0, cell_size, z)
     remade = tuple(obj.get(_SHAPE_PROPERTY, ())) != (nx, ny) or len(mesh.polygons) != nx * ny
     if not remade and tuple(obj.get(_PLACE_PROPERTY, ())) == place:
@@ -90,11 +95,18 @@ def paint(obj, colors: np.ndarray, attribute: str = ATTRIBUTE) -> None:
 
 
 def painted_colors(obj, attribute: str = ATTRIBUTE) -> np.ndarray:
-    """(nx, ny, 4) float32 linear RGBA of the cells of a :func:`ground_grid`, as :func:`paint` left them."""
-    layer = obj.data.color_attributes[attribute]
+    """(nx, ny, 4) float32 linear RGBA of the cells of a :func:`ground_grid`, as :func:`paint` left them.
+
+    Raises SceneError if someone is editing the object, or has.
+    """
+    if obj.data.is_editmode:
+        raise SceneError(f"The floor '{obj.name}' is being edited; leave Edit Mode, so that its colors can be read.")
+    layer, shape = obj.data.color_attributes.get(attribute), (*obj[_SHAPE_PROPERTY], 4, 4)
+    if layer is None or 4 * len(layer.data) != np.prod(shape):
+        raise SceneError(f"The floor '{obj.name}' is not as it was painted; paint the map again.")
     corners = np.empty(4 * len(layer.data), dtype=np.float32)
     layer.data.foreach_get("color", corners)
-    return corners.reshape(*obj[_SHAPE_PROPERTY], 4, 4)[:, :, 0]
+    return corners.reshape(shape)[:, :, 0]
 
 
 def _map_material(attribute: str):
@@ -103,10 +115,9 @@ def _map_material(attribute: str):
     if material is not None:
         return material
     material = bpy.data.materials.new(attribute)
-    if material.node_tree is None:  # before 5.0 nodes were optional
-        material.use_nodes = True
     material.surface_render_method = "BLENDED"
-    nodes, links = material.node_tree.nodes, material.node_tree.links
+    tree = node_tree(material)
+    nodes, links = tree.nodes, tree.links
     nodes.clear()
     output = nodes.new("ShaderNodeOutputMaterial")
     mix = nodes.new("ShaderNodeMixShader")

@@ -46,7 +46,7 @@ def strip_cuts(clip: MotionClip, seams: np.ndarray) -> np.ndarray:
 def write_strips(
     armature_object,
     clip: MotionClip,
-    seams: Sequence[int],
+    seams: Sequence[int] | np.ndarray,
     names: Sequence[str],
     track_name: str = "Wayfarer Walk",
     first_frame: int = 1,

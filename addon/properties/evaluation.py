@@ -66,7 +66,8 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
     )
     allowed_loss: FloatProperty(
         name="May Cost",
-        description="Part of the covered floor that may be lost when all deletable clips are gone",
+        description="Part of the covered floor that may be lost when all deletable clips are gone; of its positions "
+        "and headings five times as much",
         subtype="PERCENTAGE",
         default=1.0,
         min=0.0,

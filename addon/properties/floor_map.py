@@ -1,6 +1,7 @@
 """What is painted on the floor."""
 
 from collections.abc import Callable
+from typing import cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -126,6 +127,10 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
     def kind(self) -> FloorMap:
         return map_of(self.quantity)
 
+    @property
+    def _scene(self) -> bpy.types.Scene:
+        return cast(bpy.types.Scene, self.id_data)
+
     def to_core(self) -> MapOptions:
         """The options as they are at this moment."""
         return MapOptions(
@@ -135,7 +140,7 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
             goal=self._goal(),
             bands=self.bands,
             few_ways=self.few_ways,
-            query=self.id_data.wayfarer.queries.to_query(),
+            query=self._scene.wayfarer.queries.to_query(),
         )
 
     @property
@@ -146,7 +151,7 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         return " ".join([kind.name, *heeded, f"offset={self.offset:.6f}"])
 
     def _goal(self) -> tuple[float, float]:
-        scene = self.id_data
+        scene = self._scene
         place = scene.cursor.location
         if self.goal == "OBJECT":
             active = [layer.objects.active for layer in scene.view_layers if layer.objects.active is not None]

@@ -1,6 +1,7 @@
 """What is asked of an embedding: how long it takes to get somewhere, and where walks lead from a place."""
 
 from enum import Enum
+from typing import cast
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
@@ -152,7 +153,7 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
 
     def to_query(self) -> Query:
         """The question as it is at this moment."""
-        kind, scene = GoalKind[self.goal], self.id_data
+        kind, scene = GoalKind[self.goal], cast(bpy.types.Scene, self.id_data)
         obj = self.object if kind is GoalKind.OBJECT else None
         place = obj.matrix_world.translation if obj is not None else scene.cursor.location
         names = {

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.environment.grid import SUBDIVISION
 from ...core.errors import WalkError
@@ -16,7 +17,6 @@ from ...core.report.drawing import Drawing
 from ...core.report.floor_chart import FloorWalk, amount_chart, floor_pixels
 from ...core.report.floor_colors import BLOCKED, OBSTACLE, WALK, lightest_value, lightness
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
-from ...core.report.ticks import number_text
 from .findings import Comparison, Findings, size_of
 from .stage import Place
 
@@ -169,7 +169,7 @@ def _tiled_chart(place: Place, embedding: Embedding, path: np.ndarray) -> Drawin
     corner = np.array(grid.origin) - np.array(grid.size) * (N_TILES // 2)
     trace = Trace((path[:, :2] - corner) / grid.sample_size - 0.5, WALK)
     legend = (
-        ColorBar(GREYS, "few", f"{number_text(end)}+ ways"),
+        ColorBar(GREYS, "few", f"{wording.short(end)}+ ways"),
         Swatch(BLOCKED, "too near an obstacle"),
         Swatch(OBSTACLE, "obstacle"),
         Swatch(WALK, "the walk"),

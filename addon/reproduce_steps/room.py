@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding, EmbeddingSettings
 from ...core.embedding.footprint import FootprintSettings
 from ...core.evaluation.environment_coverage import environment_coverage
@@ -82,7 +83,8 @@ def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms,
     grid = with_step.environment.grid
     text = (
         f"{grid.size[0]:g} x {grid.size[1]:g} m in cells of {100 * grid.cell_size:g} cm and {grid.n_headings} "
-        f"headings. {environment_coverage(best).describe()} {over:.1f} m2 of it lie beyond the step. The green line is "
+        f"headings. {environment_coverage(best).describe()} {wording.area(over)} of it lie beyond the step. The "
+        "green line is "
         f"a random walk of {walk.duration:.0f} s, drawn again and again until one crosses the step."
     )
     captions = (
@@ -182,8 +184,8 @@ def _comparisons(graphs: Graphs, best, sparse, shares, seconds: float, origins: 
         Comparison("Time to embed it", "30 minutes", f"{seconds:.2f} s", faster),
         Comparison(
             "Nodes / links with the step, as a share of those without",
-            f"{100 * PAPER_NODE_SHARE:.0f} % / {100 * PAPER_LINK_SHARE:.0f} %",
-            f"{100 * shares[0]:.0f} % / {100 * shares[1]:.0f} %",
+            f"{PAPER_NODE_SHARE:.0%} / {PAPER_LINK_SHARE:.0%}",
+            f"{shares[0]:.0%} / {shares[1]:.0%}",
             "The step stops all motion but stepping over within its band, so that fewer ways meet around it; how many "
             "depends on how large a part of the room the band takes away, and the paper's room is not published.",
         ),

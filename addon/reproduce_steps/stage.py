@@ -96,7 +96,9 @@ def _trim_clips(scene) -> list[str]:
     sentences = []
     for action in scene.wayfarer.used_actions():
         health = health_of(scene, action)
-        for number, finding in enumerate(health.findings if health else ()):
+        if health is None:
+            continue
+        for number, finding in enumerate(health.findings):
             if finding.kind in _NO_MOTION and finding.remedy is not None and finding.remedy.kind is RemedyKind.TRIM:
                 bpy.ops.wayfarer.apply_remedy(action=action.name, finding=number)
                 sentences.append(f"{health.sentences[number].rstrip('.')}.")

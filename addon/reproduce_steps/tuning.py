@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.goals import goal_in_cells
 from ...core.evaluation.reach import PAPER_TIMES, time_to_reach
@@ -44,8 +45,8 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
         comparisons.append(
             Comparison(
                 f"Fig. 5: local pruning to {k}: nodes / links kept",
-                f"{100 * paper[0]:.0f} % / {100 * paper[1]:.0f} %",
-                f"{100 * kept[0]:.0f} % / {100 * kept[1]:.0f} %",
+                f"{paper[0]:.0%} / {paper[1]:.0%}",
+                f"{kept[0]:.0%} / {kept[1]:.0%}",
                 f"Shares of the whole embedding, {size_of(pruned)} here. Ours has more nodes at each place "
                 f"({_per_place(whole):.0f} on average; the paper's room has {PAPER_PER_PLACE:.1f} for each cell and "
                 f"heading of the grid), so that the same k prunes more; {reached}.",
@@ -53,7 +54,7 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
         )
     alike = [_as_large(rooms, nodes / PAPER_NODES) for nodes, _ in PAPER_LOCAL.values()]
     kept_alike = "; ".join(
-        f"{100 * share:.0f} % of the nodes are kept by k = {k}, with {over:.1f} m2 beyond the step"
+        f"{wording.share(share)} of the nodes are kept by k = {k}, with {wording.area(over)} beyond the step"
         for share, k, over in alike
     )
     numbers = table(
@@ -100,7 +101,7 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
         over = _area(rooms, pruned)
         texts.append(
             f"{kept} segments (the paper: {paper} of {PAPER_SEGMENTS}): {size_of(pruned)} nodes / links, "
-            f"{100 * coverage_share(pruned):.0f} % of the free floor, {over:.1f} m2 beyond the step."
+            f"{wording.share(coverage_share(pruned))} of the free floor, {wording.area(over)} beyond the step."
         )
     left = np.array([n - i for i in range(len(smallest.dropped) + 1)])
     shares = np.array([coverage_share(whole), *(drop.coverage for drop in smallest.dropped)])
@@ -141,8 +142,8 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
             Comparison(
                 "Fig. 6: global pruning to 36 and 8 segments",
                 "loses the step, then collapses",
-                f"step lost at {lost_at} of {n}; at {left[-1]} coverage {100 * shares[-1]:.0f} %, "
-                f"{100 * nodes[-1] / max(whole.n_nodes, 1):.0f} % of the nodes",
+                f"step lost at {lost_at} of {n}; at {left[-1]} coverage {wording.share(shares[-1])}, "
+                f"{wording.share(nodes[-1] / max(whole.n_nodes, 1))} of the nodes",
                 "As in the paper rare segments are the first to go, however much they are needed. What is left on this "
                 "side of the step thins out, but better connected segments hold it together longer than the paper's."
                 if lost_at
@@ -168,7 +169,7 @@ def draw_headings(rooms: Rooms) -> Findings:
         Section(
             "Fig. 7: single headings",
             (
-                Paragraph("; ".join(f"{name}: {area:.1f} m2 covered" for name, area in areas.items()) + "."),
+                Paragraph("; ".join(f"{name}: {wording.area(area)} covered" for name, area in areas.items()) + "."),
                 FigureRow(tuple(Figure(chart, "Variability of one heading only.") for chart in figures.values())),
             ),
         ),
@@ -178,7 +179,7 @@ def draw_headings(rooms: Rooms) -> Findings:
             Comparison(
                 "Fig. 7: variability of two headings",
                 "differ by place (drawn)",
-                ", ".join(f"{area:.1f} m2 {name}" for name, area in areas.items()),
+                ", ".join(f"{wording.area(area)} {name}" for name, area in areas.items()),
                 "Drawn without a number in the paper; as there, who faces a wall closely has few ways.",
             ),
         ),
@@ -218,7 +219,7 @@ def draw_times(rooms: Rooms) -> Findings:
             Comparison(
                 "Fig. 8: areas within 2, 3, 5, 7 s",
                 "growing areas (drawn)",
-                ", ".join(f"{area:.1f}" for area in areas) + " m2",
+                ", ".join(map(wording.area, areas)),
                 "Drawn without numbers in the paper. Times depend on how long the step itself takes: it must be over.",
             ),
         ),

@@ -1,6 +1,7 @@
 """The sample character: the core's skeleton and repertoire as an armature with a body and one action a clip."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import bpy
 import numpy as np
@@ -20,7 +21,7 @@ def add_sample_character(clips: Sequence[MotionClip], collection) -> tuple[bpy.t
     """The armature object and its actions; it plays the first."""
     armature_object = create_armature(sample_skeleton(), _tails(), NAME, collection)
     armature_object.show_in_front = False
-    armature_object.data.display_type = "STICK"
+    cast(bpy.types.Armature, armature_object.data).display_type = "STICK"
     add_body(armature_object)
     binding = bind_rig(armature_object)
     actions = []

@@ -1,6 +1,7 @@
 """Sample scenes as .blend files: written by make_scenes.py, appended by the add-on."""
 
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 
@@ -37,7 +38,8 @@ def append_scene_file(scene, path: Path) -> None:
     """
     # Looked at before anything is removed, and removed before anything comes, so that names are free.
     try:
-        with bpy.data.libraries.load(str(path), link=False) as (there, _):
+        library: Any = bpy.data.libraries.load(str(path), link=False)  # the stubs have it return nothing
+        with library as (there, _):
             is_sample = all(name in there.collections for name in _COLLECTIONS)
     except OSError as error:
         reason = str(error).strip().splitlines()[-1]
@@ -47,9 +49,12 @@ def append_scene_file(scene, path: Path) -> None:
     collections = [ensure_collection(scene, name) for name in _COLLECTIONS]
     for collection in collections:
         _remove_sample(collection)
-    with bpy.data.libraries.load(str(path), link=False) as (_, here):
+    library = bpy.data.libraries.load(str(path), link=False)
+    with library as (_, here):
         here.collections = list(_COLLECTIONS)
-    for loaded, collection in zip(here.collections, collections, strict=True):
+    # Now Blender has put them in the place of their names.
+    appended = cast(list[bpy.types.Collection], here.collections)
+    for loaded, collection in zip(appended, collections, strict=True):
         for obj in list(loaded.objects):
             collection.objects.link(obj)
             _share_materials(obj)

@@ -11,6 +11,7 @@ import numpy as np
 from ...core.environment.regions import RegionRule
 from ...core.motion.repertoire import STEP_OBSTACLE, STEP_TAG
 from ..render.map_colors import OBSTACLE, STEP, linear
+from ..versions import node_tree
 from .layouts import STEP_MARGIN, Block, SceneLayout
 
 GRID_PROPERTY = "wayfarer_grid"
@@ -100,11 +101,9 @@ def _material(name: str, color):
     material = bpy.data.materials.get(name)
     if material is None:
         material = bpy.data.materials.new(name)
-        if material.node_tree is None:  # before 5.0 nodes were optional
-            material.use_nodes = True
         rgba = (*linear(color), 1.0)
         material.diffuse_color = rgba
-        shader = material.node_tree.nodes["Principled BSDF"]
+        shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = rgba
         shader.inputs["Roughness"].default_value = 0.7
     return material

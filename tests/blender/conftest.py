@@ -71,6 +71,27 @@ def sample_file(tmp_path_factory) -> str:
     return path
 
 
+@pytest.fixture(scope="session")
+def small_file(sample_file, tmp_path_factory) -> str:
+    """The sample with four clips in the near half of its room, everything coarse: each step takes a moment."""
+    bpy.ops.wm.open_mainfile(filepath=sample_file)
+    settings = bpy.context.scene.wayfarer
+    clips = ("walk_slow", "turn_left_90", "turn_right_90", "arc_left")
+    bpy.data.batch_remove([action for action in bpy.data.actions if action.name not in clips])
+    bpy.data.batch_remove([bpy.data.objects[name] for name in ("Wall Right", "Pillar B", "Crate")])
+    settings.refresh_clips()
+    settings.graph.frame_rate = 15
+    environment = settings.environment
+    environment.cell_size, environment.n_headings = 0.35, 10
+    environment.ground_source, environment.ground_low, environment.ground_high = "TYPED", (-3.5, -4), (1.4, 1.6)
+    settings.walk.duration, settings.walk.crowd.duration, settings.walk.crowd.n_walkers = 3.0, 2.0, 2
+    settings.evaluation.n_pairs = settings.evaluation.n_candidates = 3
+    settings.queries.n_walks = 3
+    path = str(tmp_path_factory.mktemp("small") / "small.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    return path
+
+
 @pytest.fixture
 def sample_settings(sample_file, empty_scene):
     """The sample on a coarse grid, with only a few walks ticked: ``scene.wayfarer``."""

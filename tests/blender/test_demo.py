@@ -43,6 +43,9 @@ def test_the_sample(tmp_path):
     assert 0.8 < report["coverage"] <= 1 and report["walk_seconds"] >= 60
     assert {"graph", "embed", "map", "walk"} <= set(report["seconds"])
     assert report["not_covered"] == []
+    # The walk that is shown was chosen, and the report tells from which.
+    defects = {tried["seed"]: tried["defects_per_minute"] for tried in report["walks_tried"]}
+    assert len(defects) == 4 and defects[report["walk_seed"]] == min(defects.values()) < max(defects.values())
 
     from bl_ext.user_default.wayfarer.addon.render.map_colors import OBSTACLE, STEP, WALK
 

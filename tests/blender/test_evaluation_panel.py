@@ -47,14 +47,15 @@ def test_metrics_are_the_cores(settings):
     ways = path_efficiency(here, np.random.default_rng(3), 30, 6)
     waits = maneuverabilities(here, Kind.CLIP)
     numbers = {name: value for name, value, _ in rows(findings.METRICS)}
-    assert numbers["coverage by position"] == ground.position_share
-    assert numbers["coverage by position and heading"] == ground.task_share
+    assert numbers["environment coverage by position"] == ground.position_share
+    assert numbers["environment coverage by position and heading"] == ground.task_share
     assert numbers["floor covered in every heading"] == ground.full_area
-    assert numbers["mean action coverage"] == actions.shares.mean()
-    assert (numbers["turn balance"], numbers["links that turn left"]) == (turns.total, turns.n_left)
-    assert (numbers["mean path efficiency"], numbers["pairs of places"]) == (ways.mean, 30)
-    assert numbers["mean time until an action can begin"] == np.mean([wait.mean for wait in waits])
-    assert numbers["links that are never played"] == len(links.idle_links)
+    assert numbers["action coverage, mean over clips"] == actions.shares.mean()
+    assert numbers["turn balance, from -1 (right) to 1 (left)"] == turns.total
+    assert numbers["links that turn left"] == turns.n_left
+    assert (numbers["path efficiency, mean"], numbers["path efficiency, pairs of places"]) == (ways.mean, 30)
+    assert numbers["local maneuverability, mean over clips"] == np.mean([wait.mean for wait in waits])
+    assert numbers["links of the motion graph that are never played"] == len(links.idle_links)
     by_clip = {row[0]: row[1:] for row in rows(findings.ACTIONS)}
     for action, area, wait in zip(actions.actions, actions.areas, waits, strict=True):
         assert by_clip[action.name][0] == area
@@ -62,7 +63,8 @@ def test_metrics_are_the_cores(settings):
     assert sum(row[2] for row in rows(findings.LINKS)) == links.n_links == here.n_links
     shown = dict(findings.numbers_of(kept(findings.METRICS)))
     assert shown["Position"] == f"{ground.position_share:.1%} ({ground.covered_area:.1f} m²)"
-    assert shown["Path Efficiency"] == f"{ways.mean:.0%} (30 pairs)"
+    assert shown["Path Efficiency"] == f"{ways.mean:.1%} ± {ways.standard_error:.1%}"
+    assert shown["Sampled"] == "30 pairs, 6 goals"
 
 
 def test_weak_spots_are_the_cores_and_can_be_looked_at(settings):
@@ -256,7 +258,7 @@ def test_results_are_exported(settings, tmp_path):
     assert "no folder" in refused(operators.export_results, directory=str(tmp_path / "absent"))
     assert operators.export_results(directory=str(tmp_path)) == {"FINISHED"}
     names = {"results.json", "weak_spots.csv", "ablation.csv", "weak_spots.png", "ablation.png", "map.png"}
-    assert {path.name for path in tmp_path.iterdir()} == names
+    assert {path.name for path in tmp_path.iterdir()} == names | {".wayfarer.json"}
     told = json.loads((tmp_path / "results.json").read_text())
     assert told["embedding"] == {"nodes": embedding().n_nodes, "links": embedding().n_links}
     table = findings.table_of(kept(findings.ABLATION))
@@ -299,7 +301,17 @@ def test_a_report_is_written(settings, tmp_path):
     page = (tmp_path / "Scene_report" / "report.html").read_text()
     assert f"{embedding().n_nodes:,} nodes" in page and "<svg" in page
     # Times count to what the queries ask for.
-    assert "0.00, 0.00 m" in page
+    assert "(0.0, 0.0) m" in page
+    # The report and the panel say the same: same pairs of places, same allowance, same tables.
+    run("measure", "find_deletable")
+    written = tmp_path / "Scene_report"
+    with open(written / "metrics.csv", encoding="utf-8", newline="") as file:
+        read = list(csv.reader(file))[1:]
+    for (name, value, unit), row in zip(rows(findings.METRICS), read, strict=True):
+        assert [name, "" if value is None else str(value), unit] == row
+    numbers = json.loads((written / "report.json").read_text("utf-8"))
+    assert numbers["importance"]["deletable_together"] == [row[1] for row in rows(findings.DELETION)]
+    assert kept(findings.METRICS).sentences.splitlines()[3] in page.replace("&#x27;", "'")
 
 
 def test_lines_are_drawn_with_icons_that_exist(settings):
@@ -312,4 +324,6 @@ def test_lines_are_drawn_with_icons_that_exist(settings):
             layout = Layout()
             WAYFARER_UL_findings.draw_item(None, bpy.context, layout, finding, row, 0, None, "", index)
             drawn = [what[0] for what_kind, *what in layout.drawn if what_kind == "text"]
-            assert drawn == [text for text in (row.name, row.value, row.note) if text or text == row.value]
+            # Of what matters, icon and sentence tell the verdict: a sidebar is narrow.
+            note = "" if kind == findings.ABLATION else row.note
+            assert drawn == [text for text in (row.name, row.value, note) if text or text == row.value]

@@ -1,7 +1,8 @@
 """The zip that `dev.py build` makes: what is in it, the same bytes every time, and its whole life in clean Blenders.
 
-The Blender of .venv is always tried. WAYFARER_BPY_PYTHONS names further Pythons that have bpy (separated as in PATH),
-WAYFARER_BLENDER_ROOT a folder that holds a system with Blender in it; without them those tests are skipped.
+The Blender that runs the tests is always tried; from .venv, those of `dev.py test --blender VERSION` as well, as far as
+they are there. WAYFARER_BPY_PYTHONS names further Pythons that have bpy (separated as in PATH), WAYFARER_BLENDER_ROOT a
+folder that holds a system with Blender in it (else /opt/blender-sid); without it that test is skipped.
 """
 
 import json
@@ -18,6 +19,7 @@ from pathlib import Path
 import pytest
 
 import dev
+from tests.window.blender_window import blender_root, why_not_here
 
 HERE = Path(__file__).parent
 SCRIPTS = ("install_extension.py", "registered.py")
@@ -39,7 +41,9 @@ while names:
 print("\\n".join(path for several in paths.values() for path in several))
 """
 OLDER = "0.0.1"
-EXTRA_PYTHONS = [Path(word) for word in os.environ.get("WAYFARER_BPY_PYTHONS", "").split(os.pathsep) if word]
+# In .venv-VERSION that Blender alone: each has its own run.
+PYTHONS = [Path(sys.executable), *(dev.other_pythons() if Path(sys.prefix).name == ".venv" else [])]
+PYTHONS += [Path(word) for word in os.environ.get("WAYFARER_BPY_PYTHONS", "").split(os.pathsep) if word]
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +53,13 @@ def wheels():
     missing = dev.missing_wheels(platform)
     if missing:
         pytest.skip(f"no SciPy for Python {', '.join(missing)} in the folder wheels; python3 dev.py build downloads it")
-    return dev.download_wheels(platform)
+    return dev.download_wheels(platform, sys.executable)
 
 
 @pytest.fixture(scope="module")
 def archive(wheels, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("built") / "wayfarer.zip"
-    dev.build_archive(dev.this_platform(), wheels, path)
+    dev.build_archive(dev.this_platform(), wheels, path, sys.executable)  # by the Blender that runs the tests
     return path
 
 
@@ -115,7 +119,7 @@ def test_the_same_source_makes_the_same_bytes(archive, wheels, tmp_path, monkeyp
         path.chmod(0o755)
     monkeypatch.setattr(dev, "ROOT", copy)
     again = tmp_path / "again.zip"
-    dev.build_archive(dev.this_platform(), wheels, again)
+    dev.build_archive(dev.this_platform(), wheels, again, sys.executable)
     assert again.read_bytes() == archive.read_bytes()
     with zipfile.ZipFile(again) as built:
         assert built.namelist() == sorted(built.namelist())
@@ -153,7 +157,7 @@ def clean_site(python: Path, folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("python", [Path(sys.executable), *EXTRA_PYTHONS], ids=lambda python: str(python.parent.parent))
+@pytest.mark.parametrize("python", PYTHONS, ids=lambda python: python.parent.parent.name)
 def test_from_installing_to_uninstalling(python, archive, older_archive, tmp_path):
     site = clean_site(python, tmp_path / "site")
     work = tmp_path / "Künstler und Söhne"
@@ -171,13 +175,11 @@ def test_from_installing_to_uninstalling(python, archive, older_archive, tmp_pat
 
 
 def test_in_blender_itself(archive, older_archive):
-    root = os.environ.get("WAYFARER_BLENDER_ROOT")
-    if not root or not (Path(root) / "usr" / "bin" / "blender").exists():
-        pytest.skip("no Blender: set WAYFARER_BLENDER_ROOT to a folder that holds a system with Blender in it")
-    if os.geteuid() != 0:
-        pytest.skip("only root may change into another system")
+    root = blender_root()
+    if why_not_here(root):
+        pytest.skip(why_not_here(root))
     inside = Path("/tmp") / f"wayfarer-{uuid.uuid4().hex}"
-    job = Path(root) / inside.relative_to("/")
+    job = root / inside.relative_to("/")
     job.mkdir()
     try:
         for file in (archive, older_archive, *(HERE / name for name in SCRIPTS)):

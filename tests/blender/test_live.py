@@ -1,12 +1,15 @@
 """Live evaluation: the map follows the scene, without a step of undo and without reading what did not change."""
 
+import inspect
+
 import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import live, state
+from bl_ext.user_default.wayfarer.addon import live, scene_changes, state
 from bl_ext.user_default.wayfarer.addon.bridge.read_scene import ShapeMemory, read_triangles
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ATTRIBUTE
+from bl_ext.user_default.wayfarer.addon.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.addon.live_evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
@@ -165,6 +168,132 @@ def test_settings_that_change_unnoticed_start_it_again(settings):
     assert not state.map_is_stale(scene)
 
 
+# ----------------------------------------------------------------------------- before Blender draws
+
+
+@pytest.fixture
+def before_drawing():
+    """Calls the live evaluation as Blender does in a window, and keeps what it answers: whether it painted."""
+    answers = []
+
+    def handler(scene, depsgraph):
+        live.evaluation(scene).change()
+        answers.append(live.follow(scene, depsgraph))
+
+    bpy.app.handlers.depsgraph_update_post.append(handler)
+    yield answers
+    bpy.app.handlers.depsgraph_update_post.remove(handler)
+    live._pictures.clear()
+
+
+def ready(pictures=100.0) -> LiveEvaluation:
+    """The scene's live evaluation, which has worked before, on a screen that takes so many seconds to draw."""
+    evaluation = live.evaluation(bpy.context.scene)
+    move(x=0.01)
+    evaluation.change()
+    run(evaluation)
+    live._pictures.append(pictures)
+    evaluation._durations.extend([0.01] * 3)
+    return evaluation
+
+
+def test_the_map_is_in_the_same_evaluation_as_the_change(settings, before_drawing, monkeypatch):
+    monkeypatch.setattr(live, "FOLLOWS", 60.0)
+    evaluation, scene = ready(), bpy.context.scene
+    before_drawing.clear()
+    colors = painted()
+    for x in (0.6, -0.3):
+        move(x=x)
+        # Once: what was painted was evaluated without another call.
+        assert before_drawing == [True]
+        before_drawing.clear()
+        assert evaluation.painted and not state.map_is_stale(scene) and not np.array_equal(painted(), colors)
+        colors = painted()
+        shown = find_floor(scene).evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        evaluated = np.empty_like(colors)
+        shown.color_attributes[ATTRIBUTE].data.foreach_get("color", evaluated)
+        np.testing.assert_array_equal(evaluated, colors)
+        assert before_drawing == []
+    # What the panel tells comes later.
+    assert not evaluation.done and scene is not None
+    nodes = results().summary["nodes"]
+    run(evaluation)
+    assert results().summary["nodes"] == results().embedding.n_nodes != nodes
+    planes, expected = anew()
+    assert results().embedding.planes == planes
+    np.testing.assert_array_equal(colors, expected)
+
+
+def test_what_does_not_come_in_time_is_left_to_the_timer(settings, before_drawing, monkeypatch):
+    monkeypatch.setattr(live, "FOLLOWS", 60.0)
+    evaluation = ready(pictures=0.001)
+    evaluation._durations.extend([0.1] * 3)
+    before_drawing.clear()
+    colors = painted()
+    move()
+    assert before_drawing == [False] and evaluation.waiting
+    # It may have time, but stops when that is over.
+    monkeypatch.setattr(live, "FOLLOWS", 0.0)
+    live._pictures.append(100.0)
+    live._pictures.append(100.0)
+    evaluation._durations.extend([0.0] * 3)
+    move()
+    assert before_drawing == [False, False] and evaluation.working
+    np.testing.assert_array_equal(painted(), colors)
+    run(evaluation)
+    assert not state.map_is_stale(bpy.context.scene)
+
+
+def test_nothing_is_painted_while_others_are_at_work(settings, before_drawing, monkeypatch):
+    monkeypatch.setattr(live, "FOLLOWS", 60.0)
+    evaluation, scene = ready(), bpy.context.scene
+    layer = bpy.context.view_layer
+
+    def may() -> bool:
+        return live.may_work_before_drawing(scene, layer)
+
+    assert may()
+    # Another view than that of the window.
+    assert not live.may_work_before_drawing(scene, scene.view_layers.new("Other"))
+    # Someone paints on the floor.
+    floor = find_floor(scene)
+    layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="VERTEX_PAINT")
+    assert not may()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert may()
+    # Until it is painted again after undo, nobody knows what the floor shows.
+    bpy.ops.ed.undo_push(message="one")
+    move()
+    bpy.ops.ed.undo_push(message="two")
+    before_drawing.clear()
+    asked = []
+    seen = scene_changes.Listener(exchanged=lambda: asked.append(scene_changes.is_exchanging()))
+    scene_changes.LISTENERS.append(seen)
+    bpy.ops.ed.undo()
+    scene_changes.LISTENERS.remove(seen)
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    assert asked == [False] and not any(before_drawing) and not may()
+    run(evaluation)
+    evaluation._durations.extend([0.01] * 3)
+    assert may()
+    bpy.data.objects.remove(find_floor(scene))
+    assert not may()
+
+
+def test_a_script_is_told_from_blender(settings):
+    """Whoever calls for an evaluation in Python may hold on to what it has found."""
+    callers = []
+
+    def handler(*_):
+        callers.append(inspect.currentframe().f_back)
+
+    bpy.app.handlers.depsgraph_update_post.append(handler)
+    move()
+    bpy.app.handlers.depsgraph_update_post.remove(handler)
+    assert callers and callers[0].f_code.co_name == "move"
+
+
 # ------------------------------------------------------------------------------------------ disturbances
 
 
@@ -251,7 +380,10 @@ def test_what_the_panel_says(settings):
     run(evaluation)
     assert evaluation.latency == pytest.approx(sum(evaluation.seconds.values()) - evaluation.seconds["count"])
     evaluation._latencies.extend((0.1, 5.0, 0.1))
-    assert live.status(scene)[0] == "Follows in 0.10 s"
+    evaluation.written = 0.123
+    assert live.status(scene)[0] == "Painted after 0.12 s"
+    evaluation.drawn = 0.456
+    assert live.status(scene)[0] == "Painted after 0.12 s, drawn after 0.46 s"
     evaluation._latencies.extend((5.0, 5.0))
     assert live.status(scene)[0] == "Updates when you let go"
     evaluation.error = "The ground is gone"
@@ -304,6 +436,56 @@ def test_only_what_changed_is_read_again(monkeypatch):
     bpy.context.view_layer.update()
     memory.forget([boxes[1].session_uid])
     assert seen() == ["Box 1"]
+
+
+def test_what_is_remembered_is_what_is_there(settings):
+    """Of a scene that others change in every way, the live evaluation knows no more and no less than a first look."""
+    scene, rng = bpy.context.scene, np.random.default_rng(4)
+    evaluation = live.evaluation(scene)
+    obstacles = settings.environment.obstacles
+    table = bpy.data.objects["Table"]
+
+    def edit():
+        table.data.vertices[0].co.x += 0.4
+        table.data.update_tag()
+
+    def add():
+        copy = table.copy()
+        copy.location.y += 1.0
+        obstacles.objects.link(copy)
+
+    def turn():
+        for obj in obstacles.all_objects:
+            obj.rotation_euler.z += rng.uniform(0, 1)
+
+    def widen():
+        table.modifiers.new("Array", "ARRAY").count = 2
+
+    def hide():
+        bpy.data.objects["Pillar A"].hide_viewport = True
+
+    def remove():
+        bpy.data.objects.remove(bpy.data.objects["Pillar B"])
+
+    def undo():
+        bpy.ops.ed.undo_push(message="before")
+        turn()
+        bpy.ops.ed.undo_push(message="after")
+        bpy.ops.ed.undo()
+
+    blocked = []
+    for change in (edit, add, turn, widen, hide, remove, undo):
+        change()
+        bpy.context.view_layer.update()
+        scene = bpy.context.scene
+        evaluation.change()
+        run(evaluation)
+        shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get())
+        environment = results().embedding.environment
+        np.testing.assert_array_equal(environment.blocked, make_environment(scene, shapes).blocked)
+        assert not state.embedding_is_stale(scene)
+        blocked.append(environment.blocked.sum())
+    assert len(set(blocked[:6])) == 6, "one of the changes made no difference"
 
 
 def test_our_own_long_work_is_known_by_its_name():

@@ -18,10 +18,13 @@ from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 from bl_ext.user_default.wayfarer.core.evaluation.detours import detours
 from bl_ext.user_default.wayfarer.core.evaluation.goals import goal_at
 from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy
-from bl_ext.user_default.wayfarer.core.evaluation.reach import PAPER_TIMES, time_to_reach
+from bl_ext.user_default.wayfarer.core.evaluation.reach import time_to_reach
+from bl_ext.user_default.wayfarer.core.evaluation.telling_times import telling_times
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability, variability
 from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import WeakSpotSettings, weak_spots
 from bl_ext.user_default.wayfarer.core.progress import finish
+from bl_ext.user_default.wayfarer.core.wording import area as area_words
+from bl_ext.user_default.wayfarer.core.wording import short
 
 from .test_why_not_map import SIGHTS, lab
 
@@ -172,6 +175,11 @@ def test_occupancy(embedding):
     np.testing.assert_allclose(
         at[present], np.sqrt(np.minimum(share / np.percentile(share[present], 99), 1))[present], atol=3e-3
     )
+    assert not share[~embedding.environment.free_cells()].any()
+    # The scale stops short of the busiest cell, and says so.
+    legend = paint(embedding, "OCCUPANCY").legend
+    end = np.percentile(share[present], 99) / embedding.environment.grid.cell_size**2
+    assert legend.unit == "% of time per m²" and legend.bar.ticks[-1] == (1.0, f"{short(100 * end)}+")
 
 
 # ------------------------------------------------------------------------------------------------ times
@@ -182,14 +190,15 @@ def test_time_to_reach(embedding):
     goal = tuple(embedding.environment.grid.positions(np.argwhere(covered)[60]).tolist())
     field = time_to_reach(embedding, goal_at(embedding, goal, 0.25))
     painted, scale = paint(embedding, "REACH", goal=goal), scale_of(Palette.GREYS)
-    bands = field.bands()
+    times = telling_times(field.floor())
+    bands = field.bands(times)
     legend = {entry.text: entry.color for entry in painted.legend.swatches}
-    for band, name in enumerate((*(f"Up to {time:g} s" for time in PAPER_TIMES), "Longer")):
+    for band, name in enumerate((*(f"Up to {time:g} s" for time in times), "Longer")):
         np.testing.assert_array_equal(has_color(painted, legend[name]), (bands == band) & covered, err_msg=name)
-    assert len({legend[f"Up to {time:g} s"] for time in PAPER_TIMES}) == 4
+    assert len({legend[f"Up to {time:g} s"] for time in times}) == len(times) > 1
     within = dict(painted.legend.numbers)
-    for time, area in zip(PAPER_TIMES, field.areas(), strict=True):
-        assert within[f"Within {time:g} s"] == f"{area:.1f} m²"
+    for time, area in zip(times, field.areas(times), strict=True):
+        assert within[f"Within {time:g} s"] == area_words(area)
 
     painted = paint(embedding, "REACH", goal=goal, bands=False)
     at, seconds = on_scale(painted, scale), field.floor()
@@ -241,7 +250,7 @@ def test_weak_spots(embedding, few):
         numbers = [1 + i for i, spot in enumerate(found.spots) if spot.weakness is weakness]
         cells = has_color(painted, legend[weakness.value].color)
         np.testing.assert_array_equal(cells, np.isin(found.labels, numbers))
-        assert legend[weakness.value].value == f"{cells.sum() * embedding.environment.grid.cell_size**2:.1f} m²"
+        assert legend[weakness.value].value == area_words(cells.sum() * embedding.environment.grid.cell_size**2)
     assert painted.numbers["weak_spots"] == len(found.spots)
 
 

@@ -8,7 +8,8 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from bl_ext.user_default.wayfarer.addon import environment_view, state
-from bl_ext.user_default.wayfarer.addon.operators.pick_place import ground_under, tip_box
+from bl_ext.user_default.wayfarer.addon.operators.pick_place import tip_box
+from bl_ext.user_default.wayfarer.addon.operators.picks_on_floor import ground_under
 from bl_ext.user_default.wayfarer.addon.place_report import place_report
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, GROUND, RULES, body_lines
 from bl_ext.user_default.wayfarer.addon.render.map_legend import ColorBar, MapLegend, Swatch

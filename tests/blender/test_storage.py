@@ -215,9 +215,6 @@ def test_an_appended_scene_brings_its_results(built, tmp_path):
         with bpy.data.libraries.load(path, link=link) as (there, here):
             here.scenes = there.scenes
         scene = here.scenes[0]
-        if storage.PROPERTY in scene and not state.has_pending(scene):
-            # bpy.data.libraries tells nobody of what it loads before Blender 5.0.
-            storage._after_load()
         assert state.results(scene).embedding.n_nodes == n_nodes
 
 

@@ -210,7 +210,7 @@ def test_the_sweep_is_the_cores_and_is_drawn(settings):
     np.testing.assert_array_equal(places, curve.coverage)
     shown = dict(findings.numbers_of(kept(findings.PRUNING_CURVE)))
     least = curve.smallest_k(0.9 * curve.floor_coverage[-1])
-    assert shown["90% of the Floor"].startswith(f"k {least}, ")
+    assert shown["Keep 90% of Floor"].startswith(f"k {least}, ")
     # Four curves, as long as there are k; nodes and links end at the top.
     drawing = chart_of(kept(findings.PRUNING_CURVE))
     curves = [mark for mark in drawing.marks if isinstance(mark, Line) and len(mark.points) == len(k)]

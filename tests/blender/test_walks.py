@@ -9,7 +9,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
-from bl_ext.user_default.wayfarer.addon.inputs import action_fingerprint
+from bl_ext.user_default.wayfarer.addon.motion_fingerprint import action_fingerprint
 from bl_ext.user_default.wayfarer.addon.walks.baking import COPY_COLLECTION
 from bl_ext.user_default.wayfarer.addon.walks.curve_points import curve_points
 from bl_ext.user_default.wayfarer.addon.walks.request import read_request
@@ -345,6 +345,23 @@ def test_a_copy_walks_and_the_character_stays_as_it_is(settings):
     walked(settings, seed=4)
     assert moved.animation_data.action == action
     assert sum(obj.type == "ARMATURE" for obj in copies) == 1
+
+
+@pytest.mark.parametrize("output", ["ACTION", "STRIPS"])
+def test_a_walk_of_the_character_takes_the_place_of_an_earlier_copy(settings, output):
+    walked(settings, output="COPY")
+    objects, actions = bpy.data.objects, bpy.data.actions
+    copies = [obj.name for obj in bpy.data.collections[COPY_COLLECTION].objects]
+    mine = empty("Mine", 0, 0, collection=bpy.data.collections[COPY_COLLECTION]).name
+    walked(settings, output=output)
+    assert not any(name in objects for name in copies)
+    # What the artist has put there stays, and with it the collection.
+    assert mine in objects and COPY_COLLECTION in bpy.data.collections
+    assert not [action.name for action in actions if action.users == 0]
+    bpy.data.objects.remove(objects[mine])
+    walked(settings, output="COPY")
+    walked(settings, output=output)
+    assert COPY_COLLECTION not in bpy.data.collections
 
 
 @pytest.mark.parametrize("output", ["ACTION", "STRIPS", "COPY"])

@@ -1,0 +1,127 @@
+"""Whatever changes what a character does, or how it is read, makes the motion graph stale; nothing else does."""
+
+import math
+
+import bpy
+import pytest
+
+from bl_ext.user_default.wayfarer.addon import state
+from bl_ext.user_default.wayfarer.addon.inputs import read_character_steps
+from bl_ext.user_default.wayfarer.addon.motion_fingerprint import actions_fingerprint
+from bl_ext.user_default.wayfarer.core.progress import finish
+
+
+def curve(action):
+    curves = action.layers[0].strips[0].channelbag(action.slots[0]).fcurves
+    return next(each for each in curves if len(each.keyframe_points) > 5 and "rotation" in each.data_path)
+
+
+def interpolate(action, how: str):
+    for point in curve(action).keyframe_points:
+        point.interpolation = how
+
+
+def pull_handle(action):
+    point = curve(action).keyframe_points[3]
+    point.handle_right_type = "FREE"
+    point.handle_right.y += 1
+
+
+def ease(action):
+    point = curve(action).keyframe_points[3]
+    point.interpolation, point.easing = "ELASTIC", "EASE_IN"
+    before = actions_fingerprint(bpy.context.scene)
+    point.period = 7.0
+    assert actions_fingerprint(bpy.context.scene) != before
+
+
+def shake(action):
+    modifier = curve(action).modifiers.new("NOISE")
+    before = actions_fingerprint(bpy.context.scene)
+    modifier.strength = 3.0
+    assert actions_fingerprint(bpy.context.scene) != before
+
+
+def restrict(rig):
+    constraint = rig.pose.bones["Spine"].constraints.new("LIMIT_ROTATION")
+    before = actions_fingerprint(bpy.context.scene)
+    constraint.use_limit_x, constraint.max_x = True, 0.1
+    assert actions_fingerprint(bpy.context.scene) != before
+
+
+OF_ACTION = {
+    "a key": lambda action: setattr(curve(action).keyframe_points[2].co, "y", 1.5),
+    "steps": lambda action: interpolate(action, "CONSTANT"),
+    "bends": lambda action: interpolate(action, "BEZIER"),
+    "a handle": pull_handle,
+    "easing": ease,
+    "a modifier": shake,
+    "extrapolation": lambda action: setattr(curve(action), "extrapolation", "LINEAR"),
+    "mute": lambda action: setattr(curve(action), "mute", True),
+    "range": lambda action: setattr(action, "use_frame_range", True),
+    "a tag": lambda action: action.pose_markers.new("step"),
+    "a rate": lambda action: action.__setitem__("wayfarer_frame_rate", 12.0),
+}
+OF_RIG = {
+    "a tilt": lambda rig: setattr(rig.rotation_euler, "x", math.pi / 2),
+    "size": lambda rig: setattr(rig, "scale", (2, 2, 2)),
+    "a constraint": restrict,
+    "inheritance": lambda rig: setattr(rig.data.bones["Spine"], "use_inherit_rotation", False),
+    "rotation mode": lambda rig: setattr(rig.pose.bones["Spine"], "rotation_mode", "XZY"),
+    "forward": lambda rig: rig.__setitem__("wayfarer_forward", [0.0, 1.0, 0.0]),
+    "deforming": lambda rig: setattr(rig.data.bones["Spine"], "use_deform", False),
+}
+NOTHING = {
+    "its place": lambda rig, action: setattr(rig, "location", (3, 2, 1)),
+    "its heading": lambda rig, action: setattr(rig.rotation_euler, "z", 1.0),
+    "its name": lambda rig, action: setattr(rig, "name", "Somebody"),
+    "the action's name": lambda rig, action: setattr(action, "name", "Something"),
+    "its pose": lambda rig, action: setattr(rig.pose.bones["Spine"], "location", (1, 1, 1)),
+    "the frame": lambda rig, action: bpy.context.scene.frame_set(20),
+}
+
+
+@pytest.fixture
+def opened(small_file):
+    bpy.ops.wm.open_mainfile(filepath=small_file)
+    settings = bpy.context.scene.wayfarer
+    # What plays would move it back.
+    settings.character.animation_data.action = None
+    return settings
+
+
+def now() -> str:
+    bpy.context.view_layer.update()
+    return actions_fingerprint(bpy.context.scene)
+
+
+def test_what_changes_the_motion_is_seen(opened, small_file):
+    known = {now()}
+    for name, change in {**OF_ACTION, **OF_RIG}.items():
+        change(opened.character if name in OF_RIG else opened.used_actions()[0])
+        assert now() not in known, name
+        known.add(now())
+
+
+def test_nothing_else_is(opened):
+    before = now()
+    for name, change in NOTHING.items():
+        change(opened.character, opened.used_actions()[0])
+        assert now() == before, name
+
+
+def test_known_fingerprints_are_not_taken_again(opened):
+    scene = bpy.context.scene
+    seen = finish(read_character_steps(scene)).seen
+    assert actions_fingerprint(scene, seen) == actions_fingerprint(scene)
+    assert actions_fingerprint(scene, {**seen, next(iter(seen)): "another"}) != actions_fingerprint(scene)
+
+
+def test_results_of_deleted_scenes_are_forgotten(opened):
+    first = bpy.context.scene
+    assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
+    for _ in range(12):
+        other = bpy.data.scenes.new("Other")
+        assert state.results(other).graph is None
+        bpy.data.scenes.remove(other)
+    assert state.n_kept() <= 5 and state.results(first).graph is not None
