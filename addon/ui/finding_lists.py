@@ -1,28 +1,31 @@
 """Lists of what was found out."""
 
+from typing import Any
+
 import bpy
 
 from ..findings.finding import ABLATION, ACTIONS, CAPTURE, DELETION, OCCUPANCY, WEAK_SPOTS
 
 _SHARES = {
-    ABLATION: (0.52, 0.42),
-    ACTIONS: (0.58, 0.5),
+    ABLATION: (0.66, 1.0),
+    ACTIONS: (0.5, 0.54),
     CAPTURE: (0.72, 1.0),
     DELETION: (0.68, 1.0),
     OCCUPANCY: (0.75, 1.0),
-    WEAK_SPOTS: (0.32, 0.4),
+    WEAK_SPOTS: (0.33, 0.5),
 }
-"""Shares of a row's width for the name, and of the rest for the value: a sidebar is narrow."""
+"""Shares of a row's width for the name, and of the rest for the value: a sidebar is narrow. Where the value takes all
+of it, icon and sentence say what the note says."""
 
 
 class WAYFARER_UL_findings(bpy.types.UIList):
     """Lines with a name, a number and what to make of it."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(self, context, layout, data: Any, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         name_share, value_share = _SHARES[data.name]
         split = layout.split(factor=name_share, align=True)
         split.label(text=item.name, icon=item.icon, translate=False)
-        if not item.note:
+        if not item.note or value_share == 1.0:
             value = split.row()
             value.alignment = "RIGHT"
             value.label(text=item.value, translate=False)
@@ -30,7 +33,8 @@ class WAYFARER_UL_findings(bpy.types.UIList):
         rest = split.split(factor=value_share, align=True)
         value = rest.row()
         value.alignment = "RIGHT"
-        value.label(text=item.value, translate=False)
+        # The unit of places stands above the list.
+        value.label(text=item.value.removesuffix(" m"), translate=False)
         note = rest.row()
         note.active = False
         note.label(text=item.note, translate=False)

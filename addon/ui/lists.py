@@ -1,6 +1,7 @@
 """Lists of clips, bones and regions."""
 
 import math
+from typing import Any
 
 import bpy
 
@@ -15,7 +16,7 @@ _NAME_SHARES = (1.0, 0.7, 0.5, 0.36)
 class WAYFARER_UL_clips(bpy.types.UIList):
     """The character's actions, each with a tick, its numbers and an icon of its health."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         scene = context.scene
         row = layout.row(align=True)
         row.prop(item, "use", text="")
@@ -104,7 +105,7 @@ def _sort_key(scene, clip) -> float:
 class WAYFARER_UL_joint_weights(bpy.types.UIList):
     """The bones of the character, and how much each counts."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         split = layout.split(factor=0.6)
         split.label(text=item.name, icon="BONE_DATA", translate=False)
         split.prop(item, "weight", text="")
@@ -113,7 +114,7 @@ class WAYFARER_UL_joint_weights(bpy.types.UIList):
 class WAYFARER_UL_regions(bpy.types.UIList):
     """The environment's regions: object, rule and tag."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row(align=True)
         if item.object is None:
             row.label(text="No Object", icon="ERROR")

@@ -1,16 +1,19 @@
 """Lists that belong to walks."""
 
+from typing import Any
+
 import bpy
 
 
 class WAYFARER_UL_worst_frames(bpy.types.UIList):
     """Frames of the last walk that are worth looking at, the worst first; a click shows one."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
-        split = layout.split(factor=0.19, align=True)
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
+        split = layout.split(factor=0.17, align=True)
         jump = split.operator("wayfarer.jump_to_frame", text=f"{item.frame}", emboss=False, translate=False)
         jump.worst = index
-        split = split.split(factor=0.62, align=True)
+        # Numbers are told only by all of their digits.
+        split = split.split(factor=0.54, align=True)
         split.label(text=item.what, translate=False)
         right = split.row(align=True)
         right.alignment = "RIGHT"
@@ -31,7 +34,7 @@ class WAYFARER_UL_worst_frames(bpy.types.UIList):
 class WAYFARER_UL_clip_weights(bpy.types.UIList):
     """The clips in use, and how much each weighs."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         split = layout.split(factor=0.7)
         if item.action is None:
             split.label(text="Deleted Action", icon="ERROR")

@@ -13,10 +13,24 @@ import dev
 from .blender_window import blender_root, job_folder, run_in_window, why_not_here
 
 HERE = Path(__file__).parent
-SCRIPTS = ("session.py", "making_chapters.py", "using_chapters.py", "scene_facts.py", "hand.py", "picture.py")
+SCRIPTS = (
+    "session.py",
+    "making_chapters.py",
+    "using_chapters.py",
+    "live_chapters.py",
+    "asking_chapters.py",
+    "delivering_chapters.py",
+    "managing_chapters.py",
+    "scene_facts.py",
+    "hand.py",
+    "sidebar.py",
+    "editors.py",
+    "picture.py",
+)
+"""Those that Blender runs, the first of which runs the others."""
 PICTURES = Path(os.environ.get("WAYFARER_PICTURES") or dev.ROOT / "dist" / "window")
-_SECONDS = 420
-"""After which Blender is stopped; it needs about a third of that."""
+_SECONDS = 1500
+"""After which Blender is stopped; it needs about a sixth of that on a machine that does nothing else."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +70,8 @@ def _run(root: Path) -> Session:
     for old in PICTURES.glob("*.png"):
         old.unlink()
     with job_folder(root) as job:
-        platform = dev.this_platform()
-        dev.build_archive(platform, dev.download_wheels(platform), job / "wayfarer.zip")
+        platform, python = dev.this_platform(), dev.main_python()
+        dev.build_archive(platform, dev.download_wheels(platform, python), job / "wayfarer.zip", python)
         for name in SCRIPTS:
             shutil.copy(HERE / name, job)
         outcome = run_in_window(root, job, SCRIPTS[0], _SECONDS)

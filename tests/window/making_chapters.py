@@ -2,9 +2,9 @@
 
 import bpy
 import hand
-import picture
+import sidebar
 from mathutils import Vector
-from scene_facts import JOB, badges, colors, everything, keep_picture, numbers, part, results, settings
+from scene_facts import JOB, badges, colors, everything, keep_picture, legend_facts, numbers, results, settings
 
 
 def install(note) -> hand.Turns:
@@ -25,18 +25,18 @@ def install(note) -> hand.Turns:
 
 def look_around(note) -> hand.Turns:
     """The sidebar before anything was done: every panel says what comes first."""
-    yield from hand.open_sidebar()
+    yield from sidebar.open_sidebar()
     keep_picture("01_empty")
-    yield from hand.scroll(12)
+    yield from sidebar.scroll(12)
     keep_picture("01_empty_below")
-    yield from hand.scroll(-15)
-    yield from hand.close_panels()
-    note("panels", hand.panels())
+    yield from sidebar.scroll(-15)
+    yield from sidebar.close_panels()
+    note("panels", sidebar.panels())
     note("disabled", [name for name in dir(bpy.ops.wayfarer) if not getattr(bpy.ops.wayfarer, name).poll()])
 
 
 def add_character(note) -> hand.Turns:
-    yield from hand.press_button("Clips", "wayfarer.add_sample_character")
+    yield from sidebar.press_button("Clips", "wayfarer.add_sample_character")
     yield from hand.until(lambda: settings().character is not None, "the character")
     yield from hand.work_is_done()
     note("clips", len(settings().clips))
@@ -44,9 +44,9 @@ def add_character(note) -> hand.Turns:
 
 
 def add_room(note) -> hand.Turns:
-    yield from hand.open_panel("Environment")
+    yield from sidebar.open_panel("Environment")
     # The button above this one opens a menu.
-    x, y = yield from hand.find_button("wayfarer.environment.ground_source")
+    x, y = yield from sidebar.find_button("wayfarer.environment.ground_source")
     yield from hand.click(x, y + 26)
     yield from hand.redrawn()
     keep_picture("03_menu_of_scenes")
@@ -65,7 +65,7 @@ def cancel_building(note) -> hand.Turns:
 
 
 def build(note) -> hand.Turns:
-    yield from hand.press_button("Motion Graph", "wayfarer.build_motion_graph")
+    yield from sidebar.press_button("Motion Graph", "wayfarer.build_motion_graph")
     yield from hand.until(lambda: results().graph is not None, "the motion graph", 120)
     yield from hand.work_is_done()
     note("segments", numbers()["segments"])
@@ -73,7 +73,7 @@ def build(note) -> hand.Turns:
 
 
 def embed(note) -> hand.Turns:
-    yield from hand.press_button("Embedding", "wayfarer.embed")
+    yield from sidebar.press_button("Embedding", "wayfarer.embed")
     yield from hand.until(lambda: results().embedding is not None, "the embedding", 120)
     yield from hand.work_is_done()
     note("nodes", numbers()["nodes"])
@@ -96,7 +96,7 @@ def _cancel(note, panel: str, operator: str, name: str) -> hand.Turns:
     """Press a button, and Esc in the middle of its work."""
     before, turns = everything(), 0
     identifier = operator.replace("wayfarer.", "WAYFARER_OT_")
-    yield from hand.press_button(panel, operator)
+    yield from sidebar.press_button(panel, operator)
     yield from hand.until(lambda: identifier in hand.running(), f"{operator} to begin")
     for _ in range(4):
         yield
@@ -110,7 +110,7 @@ def _cancel(note, panel: str, operator: str, name: str) -> hand.Turns:
 
 
 def paint(note) -> hand.Turns:
-    yield from hand.press_button("Map", "wayfarer.paint_map")
+    yield from sidebar.press_button("Map", "wayfarer.paint_map")
     yield from hand.until(colors, "the painted floor")
     yield from hand.work_is_done()
     note("stale", badges())
@@ -118,35 +118,8 @@ def paint(note) -> hand.Turns:
 
 
 def look_at_legend(note) -> hand.Turns:
-    """The legend is what disappears when it is switched off."""
-    view, side = hand.region(), hand.region("UI")
-    with_it = yield from _still(view)
-    settings().overlay.show_legend = False
-    without = yield from _still(view)
-    settings().overlay.show_legend = True
-    again = yield from _still(view)
-    x, y, width, height = picture.changed_box(with_it, without) or (0, 0, 0, 0)
-    note("size", [width, height])
-    note("inside", view.x + x + width <= side.x and width > 0)
-    floor = part("render.floor").find_floor(bpy.context.scene)
-    legend = part("render.floor").floor_legend(floor)
-    shown = with_it[y : y + height, x : x + width]
-    wanted = [*legend.bar.stops, *(swatch.color for swatch in legend.swatches)]
-    note("farthest_color", max(picture.nearest_distance(shown, color) for color in wanted))
-    note("back", bool((again[y : y + height, x : x + width] == shown).all()))
-
-
-def _still(view) -> hand.Turns:
-    """The pixels of a region, once it shows the same twice: a report that fades does not count as a change."""
-    yield from hand.redrawn()
-    seen = None
-    for _ in range(100):
-        now = picture.pixels()[view.y : view.y + view.height, view.x : view.x + view.width]
-        if seen is not None and (now == seen).all():
-            return now
-        seen = now
-        yield
-    raise RuntimeError("the viewport does not come to rest")
+    for name, value in (yield from legend_facts()).items():
+        note(name, value)
 
 
 def undo_map(note) -> hand.Turns:

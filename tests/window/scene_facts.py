@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+from collections.abc import Generator
 from pathlib import Path
 
 import bpy
@@ -96,3 +97,45 @@ def findings() -> dict[str, dict[str, str]]:
     """What was found out, by its kind: the numbers that the panels show."""
     numbers_of = part("findings.finding").numbers_of
     return {kept.name: dict(numbers_of(kept)) for kept in settings().findings}
+
+
+def settled() -> hand.Turns:
+    """Until the map has followed what was changed."""
+    live = part("live").evaluation(bpy.context.scene)
+    yield from hand.until(lambda: not (live.working or live.waiting), "the map to follow", 120)
+    yield from hand.redrawn()
+    if live.error:
+        raise hand.Waited(live.error)
+
+
+def legend_facts() -> Generator[None, None, dict]:
+    """Where the legend is, told by what disappears when it is switched off, and whether its colours are in it."""
+    view, side = hand.region(), hand.region("UI")
+    with_it = yield from _still(view)
+    settings().overlay.show_legend = False
+    without = yield from _still(view)
+    settings().overlay.show_legend = True
+    again = yield from _still(view)
+    x, y, width, height = picture.changed_box(with_it, without) or (0, 0, 0, 0)
+    legend = part("render.floor").floor_legend(part("render.floor").find_floor(bpy.context.scene))
+    shown = with_it[y : y + height, x : x + width]
+    wanted = [*legend.bar.stops, *(swatch.color for swatch in legend.swatches)]
+    return {
+        "size": [width, height],
+        "inside": view.x + x + width <= side.x and width > 0,
+        "farthest_color": max(picture.nearest_distance(shown, color) for color in wanted),
+        "back": bool((again[y : y + height, x : x + width] == shown).all()),
+    }
+
+
+def _still(view) -> Generator[None, None, np.ndarray]:
+    """The pixels of a region, once it shows the same twice: a report that fades does not count as a change."""
+    yield from hand.redrawn()
+    seen = None
+    for _ in range(100):
+        now = picture.pixels()[view.y : view.y + view.height, view.x : view.x + view.width]
+        if seen is not None and (now == seen).all():
+            return now
+        seen = now
+        yield
+    raise RuntimeError("the viewport does not come to rest")

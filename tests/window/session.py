@@ -14,7 +14,11 @@ import bpy
 
 # The other scripts lie beside this one.
 sys.path.insert(0, os.environ["WAYFARER_JOB"])
+import asking_chapters
+import delivering_chapters
+import live_chapters
 import making_chapters
+import managing_chapters
 import using_chapters
 from scene_facts import JOB, keep_picture
 
@@ -33,12 +37,27 @@ CHAPTERS = (
     making_chapters.look_at_legend,
     making_chapters.undo_map,
     using_chapters.move_pillar,
+    live_chapters.time_changes,
     using_chapters.ask_why_not,
     using_chapters.evaluate,
     using_chapters.walk,
     using_chapters.undo_walk,
     using_chapters.tune,
     using_chapters.query,
+    asking_chapters.untick_clip,
+    asking_chapters.choose_map,
+    asking_chapters.pick_place,
+    asking_chapters.reach_region,
+    asking_chapters.walks_from,
+    asking_chapters.charts,
+    delivering_chapters.bake_otherwise,
+    delivering_chapters.crowd,
+    delivering_chapters.write_report,
+    delivering_chapters.export_results,
+    managing_chapters.add_region,
+    managing_chapters.keep_preset,
+    managing_chapters.light_theme,
+    managing_chapters.large_interface,
     using_chapters.save_and_reopen,
     using_chapters.disable,
 )
@@ -72,7 +91,7 @@ def main() -> None:
         except StopIteration:
             bpy.ops.wm.quit_blender()
             return None
-        return 0.02
+        return 0.005
 
     bpy.app.timers.register(turn, first_interval=0.5, persistent=True)
 

@@ -7,7 +7,8 @@ import bpy
 import hand
 import numpy as np
 import picture
-from scene_facts import JOB, badges, colors, findings, keep_picture, numbers, part, results, settings
+import sidebar
+from scene_facts import JOB, badges, colors, findings, keep_picture, numbers, part, results, settings, settled
 
 SAVED = str(JOB / "session.blend")
 # In the sample room: a pillar, where it is dragged to, and where the step is.
@@ -16,13 +17,13 @@ PILLAR, BESIDE_IT, STEP_Y = "Pillar B", (0.4, -1.2, 0.0), 1.45
 
 def move_pillar(note) -> hand.Turns:
     """Live: take a pillar, drag it across the room, put it down, and take that back."""
-    yield from hand.press_button("Map", "wayfarer.live")
+    yield from sidebar.press_button("Map", "wayfarer.live")
     yield from hand.until(lambda: settings().live, "live evaluation")
     pillar = bpy.data.objects[PILLAR]
     start, painted = pillar.matrix_world.translation.copy(), colors()
     yield from hand.click(*hand.pixel_of(start))
     note("selected", pillar.select_get())
-    yield from _settled()
+    yield from settled()
     before = picture.pixels()
     # From its foot, so that mouse and pillar keep together.
     foot = (start.x, start.y, 0.0)
@@ -41,7 +42,7 @@ def move_pillar(note) -> hand.Turns:
     keep_picture("10_dragging")
     yield from hand.press("LEFTMOUSE")
     yield from hand.until(lambda: not hand.running(), "the pillar to be put down")
-    yield from _settled()
+    yield from settled()
     note("moved", list(pillar.matrix_world.translation - start))
     note("changed", colors() != painted)
     note("pixels", int((np.abs(picture.pixels().astype(int) - before) > 8).any(axis=2).sum()))
@@ -49,10 +50,10 @@ def move_pillar(note) -> hand.Turns:
     keep_picture("11_dropped")
     yield from hand.press_in_viewport("Z", ctrl=True)
     yield from hand.until(lambda: (bpy.data.objects[PILLAR].matrix_world.translation - start).length < 1e-5, "undo")
-    yield from _settled()
+    yield from settled()
     yield from hand.until(lambda: colors() == painted, "the map of before")
     note("stale_after_undo", badges())
-    yield from hand.press_button("Map", "wayfarer.live")
+    yield from sidebar.press_button("Map", "wayfarer.live")
     note("off", not settings().live)
     # Deselect it, so that its outline is not in the pictures that follow.
     yield from hand.press_in_viewport("A", alt=True)
@@ -60,26 +61,35 @@ def move_pillar(note) -> hand.Turns:
 
 def ask_why_not(note) -> hand.Turns:
     settings().map.quantity = "WHY_NOT"
-    yield from _settled()
+    yield from settled()
     floor = part("render.floor").find_floor(bpy.context.scene)
     note("legend", part("render.floor").floor_legend(floor).title)
     keep_picture("12_why_not")
     settings().map.quantity = "VARIABILITY"
-    yield from _settled()
+    yield from settled()
 
 
 def evaluate(note) -> hand.Turns:
-    """Weak spots, of which the list tells the places."""
-    yield from hand.open_part("Evaluation", "Weak Spots")
-    yield from hand.press_button("Evaluation", "wayfarer.find_weak_spots")
+    """Metrics, and weak spots, of which the list tells the places."""
+    # Fewer than an artist would want, so that nobody waits for them.
+    settings().evaluation.n_pairs = 10
+    yield from sidebar.press_button("Evaluation", "wayfarer.measure")
+    yield from hand.until(lambda: "METRICS" in findings(), "the metrics", 180)
+    yield from hand.work_is_done()
+    note("metrics", findings()["METRICS"])
+    # Down to a single cell.
+    settings().evaluation.min_area = 0.01
+    yield from sidebar.open_part("Evaluation", "Weak Spots")
+    yield from sidebar.press_button("Evaluation", "wayfarer.find_weak_spots")
     yield from hand.until(lambda: "WEAK_SPOTS" in findings(), "the weak spots", 120)
     yield from hand.work_is_done()
     note("weak_spots", findings()["WEAK_SPOTS"])
-    keep_picture("13_weak_spots")
+    keep_picture("13_evaluation")
+    yield from sidebar.close_part("Evaluation", "Weak Spots")
 
 
 def walk(note) -> hand.Turns:
-    yield from hand.press_button("Walk", "wayfarer.random_walk")
+    yield from sidebar.press_button("Walk", "wayfarer.random_walk")
     yield from hand.until(lambda: results().walk is not None, "the walk", 120)
     yield from hand.work_is_done()
     action, scene = part("state").find_walk(bpy.context.scene), bpy.context.scene
@@ -119,23 +129,16 @@ def undo_walk(note) -> hand.Turns:
 
 
 def tune(note) -> hand.Turns:
-    """Make the embedding smaller, measure it, and take that back by its button."""
+    """Make the embedding smaller, and take that back by its button."""
     before, painted = numbers(), colors()
-    yield from hand.press_button("Tuning", "wayfarer.prune")
+    yield from sidebar.press_button("Tuning", "wayfarer.prune")
     yield from hand.until(lambda: results().pruning is not None, "the pruned embedding", 120)
     yield from hand.work_is_done()
     note("before", before)
     note("pruned", numbers())
     yield from hand.until(lambda: colors() != painted, "the map of what is left")
     keep_picture("15_tuning")
-    # Of what is left, because that is measured sooner.
-    settings().evaluation.n_pairs = 20
-    yield from hand.press_button("Evaluation", "wayfarer.measure")
-    yield from hand.until(lambda: "METRICS" in findings(), "the metrics", 120)
-    yield from hand.work_is_done()
-    note("metrics", findings()["METRICS"])
-    keep_picture("16_evaluation")
-    yield from hand.press_button("Tuning", "wayfarer.restore_embedding")
+    yield from sidebar.press_button("Tuning", "wayfarer.restore_embedding")
     yield from hand.until(lambda: results().pruning is None, "the whole embedding", 60)
     yield from hand.work_is_done()
     yield from hand.until(lambda: colors() == painted, "the map of the whole")
@@ -146,7 +149,7 @@ def tune(note) -> hand.Turns:
 def query(note) -> hand.Turns:
     """How long does it take to get to the 3D cursor?"""
     bpy.context.scene.cursor.location = (-1.6, 2.9, 0.0)
-    yield from hand.press_button("Queries", "wayfarer.find_reach")
+    yield from sidebar.press_button("Queries", "wayfarer.find_reach")
     yield from hand.until(lambda: "REACH" in findings(), "the times to reach", 120)
     yield from hand.work_is_done()
     note("numbers", findings()["REACH"])
@@ -183,12 +186,3 @@ def disable(note) -> hand.Turns:
     yield from hand.redrawn()
     note("objects", len(bpy.data.objects))
     keep_picture("19_disabled")
-
-
-def _settled() -> hand.Turns:
-    live = part("live").evaluation(bpy.context.scene)
-    yield from hand.until(lambda: not (live.working or live.waiting), "the map to follow", 120)
-    yield from hand.redrawn()
-    note_error = live.error
-    if note_error:
-        raise hand.Waited(note_error)

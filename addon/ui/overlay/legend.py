@@ -56,7 +56,7 @@ def draw_legend() -> None:
     if scene is None or not space.overlay.show_overlays or not scene.wayfarer.overlay.show_legend:
         return
     floor = find_floor(scene)
-    if floor is None or not floor.visible_get(view_layer=context.view_layer):
+    if floor is None or not floor.visible_get():
         return
     legend = floor_legend(floor)
     if legend is None:
@@ -65,10 +65,20 @@ def draw_legend() -> None:
     # Results that were saved are not read for this.
     stale = not has_pending(scene) and results(scene).painted is not None and map_is_stale(scene)
     box = legend_box(legend, scale, stale)
-    right = region.width - _covered(context.area, "UI")
-    if box.width + _FROM_EDGE * scale > right or box.height + 2 * _FROM_EDGE * scale > region.height:
+    edge = _FROM_EDGE * scale
+    left = region.width - _covered(context.area, "UI") - box.width - edge
+    low = edge + _redo_height(context.area, region, left)
+    if left < 0 or low + box.height + edge > region.height:
         return
-    draw_box(box, right - box.width - _FROM_EDGE * scale, _FROM_EDGE * scale, BoxTheme.of(context.preferences))
+    draw_box(box, left, low, BoxTheme.of(context.preferences))
+
+
+def _redo_height(area, region, left: float) -> float:
+    """Pixels at the lower edge that the panel of the last operation takes up, if it reaches as far as ``left``."""
+    for other in area.regions:
+        if other.type == "HUD" and other.width > 1 and other.x - region.x + other.width > left:
+            return float(other.y - region.y + other.height)
+    return 0.0
 
 
 def _covered(area, kind: str) -> float:

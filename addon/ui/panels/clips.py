@@ -8,6 +8,7 @@ from ...advice import clip_advice
 from ...bridge.tags import tag_names
 from ...clip_actions import action_seconds
 from ...state import contacts_of, health_of, motion_of
+from ...text import share
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
@@ -148,10 +149,10 @@ class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):
         draw_numbers(
             layout,
             (
-                ("Left Planted", f"{shares.left:.0%}"),
-                ("Right Planted", f"{shares.right:.0%}"),
-                ("Both", f"{shares.both:.0%}"),
-                ("None", f"{shares.none:.0%}"),
+                ("Left Planted", share(shares.left)),
+                ("Right Planted", share(shares.right)),
+                ("Both", share(shares.both)),
+                ("None", share(shares.none)),
             ),
         )
 

@@ -4,6 +4,7 @@ import bpy
 
 from ...advice import embedding_advice
 from ...state import embedding_changes, embedding_is_stale, lost_links, results
+from ...text import share, share_of, short
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
@@ -38,7 +39,7 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
                 ("Grid", f"{nx} x {ny} x {n_headings}"),
                 ("Nodes", f"{numbers['nodes']:,}"),
                 ("Links", f"{numbers['links']:,}"),
-                ("Floor Covered", f"{numbers['coverage']:.0%}"),
+                ("Floor Covered", share(numbers["coverage"])),
             ),
         )
         if found.pruning is not None:
@@ -94,15 +95,7 @@ class WAYFARER_PT_file(Sidebar, bpy.types.Panel):
 
 
 def _part(count: int, of: int) -> str:
-    return f"{count / of:.0%} ({_short(count)})" if of else "0"
-
-
-def _short(count: int) -> str:
-    """A large number in as few characters as a narrow panel has room for."""
-    for size, letter in ((10**9, "G"), (10**6, "M"), (10**3, "k")):
-        if count >= size:
-            return f"{count / size:.3g} {letter}"
-    return str(count)
+    return f"{share_of(count, of)} ({short(count)})" if of else "0"
 
 
 PANELS = (WAYFARER_PT_embedding, WAYFARER_PT_lost_links, WAYFARER_PT_file)

@@ -95,7 +95,7 @@ class WAYFARER_PT_ablation(_EvaluationPart, bpy.types.Panel):
         layout.prop(settings, "parts")
         layout.operator("wayfarer.ablate", icon="SORTSIZE")
         draw_finding_numbers(layout, scene, ABLATION)
-        draw_finding_rows(context, layout, ABLATION, "Floor Lost Without It (m²)", rows=5)
+        draw_finding_rows(context, layout, ABLATION, "Floor Lost Without It", rows=5)
         draw_chart_button(layout, scene, ABLATION)
 
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ...advice import stale_advice
 from ...live import status
 from ...render.floor import find_floor, floor_legend
 from ...state import find_painted, map_is_stale, results
@@ -47,10 +48,13 @@ class WAYFARER_PT_map(Step, bpy.types.Panel):
         row.prop(scene.wayfarer, "live", icon="PLAY", toggle=True)
         if results(scene).embedding is None:
             draw_sentences(context, layout, ["Embed the motion graph first"], "INFO")
-        elif scene.wayfarer.live:
+        else:
             text, icon = status(scene)
-            if text:
-                layout.label(text=text, icon=icon)
+            # Without live evaluation, too, the map follows its settings; only what hinders it is of interest then.
+            if text and (scene.wayfarer.live or (icon == "ERROR" and map_is_stale(scene))):
+                draw_sentences(context, layout, [text], icon)
+            if not scene.wayfarer.live:
+                draw_sentences(context, layout, stale_advice(scene))
         floor = find_floor(scene)
         legend = floor_legend(floor) if floor is not None else None
         if legend is None:

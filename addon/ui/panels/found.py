@@ -56,7 +56,7 @@ def draw_finding_rows(context, layout, kind: str, columns: str, rows: int = 4) -
     heading = layout.row()
     heading.active = False
     heading.label(text=columns)
-    layout.template_list("WAYFARER_UL_findings", kind, kept, "rows", kept, "active_row", rows=shown, maxrows=8)
+    layout.template_list("WAYFARER_UL_findings", kind, kept, "rows", kept, "active_row", rows=shown, maxrows=shown)
     if kept.chosen is not None and kept.chosen.sentence:
         draw_wrapped(context, layout.box(), kept.chosen.sentence)
 

@@ -121,13 +121,13 @@ class WAYFARER_PT_hubs(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         found = results(context.scene)
-        rows = [("Segment", "In / Out", 0)]
-        if found.graph is not None:
-            summary = found.graph_summary
+        rows = []
+        summary = found.graph_summary
+        if found.graph is not None and summary is not None:
             for segment in summary.hubs(_MOST_ROWS).tolist():
                 degrees = f"{summary.in_degree[segment]} / {summary.out_degree[segment]}"
                 rows.append((found.graph.segments[segment].name, degrees, 0))
-        draw_table(self.layout, rows)
+        draw_table(self.layout, rows, heading=("Segment", "In / Out"))
 
 
 PANELS = (WAYFARER_PT_motion_graph, WAYFARER_PT_joint_weights, WAYFARER_PT_dropped, WAYFARER_PT_hubs)

@@ -1,5 +1,7 @@
 """What panels have in common."""
 
+import bpy
+
 from ...presets import draw_presets
 from ..text import draw_wrapped
 
@@ -7,6 +9,7 @@ from ..text import draw_wrapped
 class Sidebar:
     """Where all panels are."""
 
+    layout: bpy.types.UILayout
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Wayfarer"
@@ -55,11 +58,15 @@ def draw_numbers(layout, rows) -> None:
         split.label(text=value, translate=False)
 
 
-def draw_table(layout, rows, factor: float = 0.72) -> None:
-    """Text on the left, a value at the right end of each row; rows are (text, value, icon number)."""
+def draw_table(layout, rows, factor: float = 0.72, heading: tuple[str, str] | None = None) -> None:
+    """Text on the left, a value at the right end of each row; rows are (text, value, icon number).
+
+    ``heading`` names the two columns.
+    """
     column = layout.column(align=True)
-    for text, value, icon in rows:
+    for number, (text, value, icon) in enumerate([(*heading, 0), *rows] if heading else rows):
         split = column.split(factor=factor, align=True)
+        split.active = number > 0 or heading is None
         split.label(text=text, translate=False, icon_value=icon)
         right = split.row()
         right.alignment = "RIGHT"

@@ -4,6 +4,7 @@ import math
 
 import bpy
 
+from ...advice import stale_advice
 from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
 from ...state import find_walk, results, walk_changes, walk_is_stale
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
@@ -37,6 +38,7 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
         layout.operator("wayfarer.random_walk", icon="MOD_DYNAMICPAINT")
         if results(context.scene).embedding is None:
             draw_sentences(context, layout, ["Embed the motion graph first"], "INFO")
+        draw_sentences(context, layout, stale_advice(context.scene))
         if find_walk(context.scene) is not None:
             draw_sentences(context, layout, walk_changes(context.scene))
             numbers = results(context.scene).summary
@@ -129,7 +131,10 @@ class WAYFARER_PT_walk_quality(Sidebar, bpy.types.Panel):
             ]
         if report.gap_joint:
             rows += [("Largest Gap", f"{math.degrees(report.gap):.1f}\u00b0"), ("at", report.gap_joint)]
-        rows.append(("Root Edit", f"{100 * report.edit:.1f} cm, {math.degrees(report.turn_edit):.1f}\u00b0 per m"))
+        rows += [
+            ("Root Edit", f"{100 * report.edit:.1f} cm per m"),
+            ("Turn Edit", f"{math.degrees(report.turn_edit):.1f}\u00b0 per m"),
+        ]
         draw_numbers(layout, rows)
         draw_sentences(context, layout, [report.feet], "INFO")
         layout.label(text="Worst Frames")
@@ -164,4 +169,5 @@ class WAYFARER_PT_crowd(Sidebar, bpy.types.Panel):
             draw_sentences(context, layout, settings.unserved.splitlines())
 
 
-PANELS = (WAYFARER_PT_walk, WAYFARER_PT_walk_advanced, WAYFARER_PT_walk_quality, WAYFARER_PT_crowd)
+# What is open at first, and long, comes last.
+PANELS = (WAYFARER_PT_walk, WAYFARER_PT_walk_advanced, WAYFARER_PT_crowd, WAYFARER_PT_walk_quality)

@@ -1,0 +1,130 @@
+"""Live evaluation by the clock: what passes between a change and the picture that shows what comes of it."""
+
+import statistics
+import time
+from contextlib import contextmanager
+
+import bpy
+import hand
+from scene_facts import badges, colors, keep_picture, part, settings
+
+PILLAR = "Pillar A"
+_TIMES = 5
+_STEP = 0.3
+
+
+class _Watch:
+    """Notes when the viewport is drawn, and when the floor is first seen to have other colours.
+
+    Timers are called when the window has been drawn, before anything else happens: then a picture is complete.
+    """
+
+    def __init__(self):
+        self._before = colors()
+        self.written = self.first_picture = self.picture = 0.0
+        self.redraws = 0
+        draw = bpy.types.SpaceView3D.draw_handler_add
+        self._handles = [
+            draw(self.look, (), "WINDOW", "PRE_VIEW"),
+            draw(self._drawing, (), "WINDOW", "POST_PIXEL"),
+        ]
+        self._began = time.perf_counter()
+
+    def _passed(self) -> float:
+        return time.perf_counter() - self._began
+
+    def _drawing(self):
+        self.redraws += not self.picture
+        if not bpy.app.timers.is_registered(self._drawn):
+            bpy.app.timers.register(self._drawn)
+
+    def _drawn(self):
+        passed = self._passed()
+        self.first_picture = self.first_picture or passed
+        if self.written and not self.picture:
+            self.picture = passed
+
+    def look(self) -> None:
+        if not self.written and colors() != self._before:
+            self.written = self._passed()
+
+    def end(self) -> None:
+        for handle in self._handles:
+            bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+
+
+def time_changes(note) -> hand.Turns:
+    """Move a pillar to and fro, each time when all is at rest."""
+    settings().live = True
+    module = part("live")
+    live, pillar = module.evaluation(bpy.context.scene), bpy.data.objects[PILLAR]
+    start = pillar.location.x
+    for name, area in (("redraw_viewport", hand.region()), ("redraw_area", hand.viewport())):
+        times = []
+        for _ in range(_TIMES):
+            yield from _at_rest(live)
+            watch = _Watch()
+            area.tag_redraw()
+            yield from hand.until(lambda watch=watch: watch.first_picture, "the viewport to be drawn", 30)
+            watch.end()
+            times.append(watch.first_picture)
+        note(name, _median(times))
+    measured = []
+    for number in range(_TIMES + 1):
+        watch = yield from _change(pillar, start + (0.0 if number % 2 else _STEP), live)
+        measured.append((watch.written, watch.picture, live.written, live.drawn, watch.redraws))
+    # Of the first, nobody knew how long it would take.
+    written, picture, said_written, said_drawn, redraws = zip(*measured[1:], strict=True)
+    note("written", _median(written))
+    note("picture", _median(picture))
+    note("said", [_median(said_written), _median(said_drawn)])
+    note("redraws", redraws)
+    note("work", {phase: round(seconds, 4) for phase, seconds in live.seconds.items()})
+    note("status", module.status(bpy.context.scene)[0])
+    keep_picture("11_live")
+    with _all_the_time_in_the_world(module):
+        watch = yield from _change(pillar, start + _STEP, live)
+        note("one_picture", watch.picture == watch.first_picture)
+        yield from _at_rest(live)
+        painted, pillar.location.x = colors(), start
+        bpy.context.view_layer.update()
+        note("left_to_the_script", colors() == painted)
+        yield from hand.until(lambda: colors() != painted, "the map to follow", 60)
+    pillar.location.x = start
+    yield from _at_rest(live)
+    note("stale", badges())
+    settings().live = False
+    yield from hand.redrawn()
+
+
+def _change(pillar, x: float, live):
+    """Move the pillar and wait for the picture that shows the map of it."""
+    yield from _at_rest(live)
+    watch = _Watch()
+    pillar.location.x = x
+    yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture", 120)
+    watch.end()
+    return watch
+
+
+@contextmanager
+def _all_the_time_in_the_world(module):
+    """Drawing takes so long that there is always time for the map to come first."""
+    before = module.FOLLOWS, module.drawing_takes
+    module.FOLLOWS, module.drawing_takes = 60.0, lambda: 60.0
+    try:
+        yield
+    finally:
+        module.FOLLOWS, module.drawing_takes = before
+
+
+def _median(times) -> float:
+    return round(statistics.median(times), 4)
+
+
+def _at_rest(live) -> hand.Turns:
+    """Until nothing is drawn or worked at any more."""
+    settle = part("state")._settle
+    yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest", 120)
+    for _ in range(15):
+        yield

@@ -1,0 +1,22 @@
+"""Live evaluation in a real window: the chapter time_changes of the session. Its times are in facts.json."""
+
+NOTHING_STALE = {"graph": False, "embedding": False, "map": False, "walk": False}
+
+
+def test_times_are_told_as_they_are(session):
+    found = session.chapter("time_changes")
+    assert 0 < found["written"] <= found["picture"] < 60 and 0 < found["redraw_viewport"] < 60
+    # The panel tells what was measured from outside; that begins and ends at slightly other moments.
+    written, drawn = found["said"]
+    assert 0 < written <= found["written"] + 1.0 and written < drawn <= found["picture"] + 1.0
+    assert found["status"].startswith(("Painted after", "Updat"))
+    assert set(found["work"]) == {"read", "environment", "embed", "map", "paint", "count"}
+    assert found["stale"] == NOTHING_STALE
+
+
+def test_where_drawing_takes_longer_than_the_work_both_are_in_one_picture(session):
+    assert session.chapter("time_changes")["one_picture"]
+
+
+def test_nothing_is_painted_in_the_middle_of_a_script(session):
+    assert session.chapter("time_changes")["left_to_the_script"]
