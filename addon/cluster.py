@@ -27,9 +27,6 @@ _NO_DASK = (
 _NOTED = "shared.txt"
 """A file in the study's folder that every worker must see."""
 
-_LOCK = ".lock"
-"""A file in the study's folder that whoever works there has locked."""
-
 _PATIENCE = 15
 """Seconds to wait for a scheduler to answer."""
 
@@ -57,35 +54,6 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--workers", type=int)
     parser.add_argument("--quiet", action="store_true")
     return parser.parse_args(words)
-
-
-@contextlib.contextmanager
-def only_one(folder: Path):
-    """ClusterError while another study works in a folder: they would take away each other's files.
-
-    The lock is the operating system's, and ends with the process, however that ends.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        file = open(folder / _LOCK, "ab")  # noqa: SIM115 (closed by the with below)
-    except OSError as error:
-        raise ClusterError(f"'{folder}' cannot be written to ({error.strerror}); choose another with --out.") from None
-    with file:
-        try:
-            if os.name == "nt":
-                msvcrt = importlib.import_module("msvcrt")
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                fcntl = importlib.import_module("fcntl")
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            raise ClusterError(
-                f"Another study works in '{folder}' right now; wait for it, stop it, or choose another with --out."
-            ) from None
-        except OSError:
-            # Some shared folders know no locks.
-            pass
-        yield
 
 
 @contextlib.contextmanager
@@ -253,7 +221,7 @@ def main(words: list[str]) -> int:
         plan = core("study.plan").read_plan(options.file)
         folder = options.out.resolve()
         place = open_executor(options.scheduler, options.workers, folder)
-        with only_one(folder), place as (executor, roll_call):
+        with core("study.lock").only_one(folder), place as (executor, roll_call):
             steps = core("study.run").run_study_steps(plan, folder, executor)
             outcome = core("progress").finish(steps, Teller(options.quiet, roll_call))
         csv, page = folder / "results.csv", folder / "results.html"

@@ -82,7 +82,7 @@ def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
     found = evaluate_in_parcels(scene, graph_of(scene), options.parcels, folder, *words)
     if isinstance(found, int):
         # It has said why.
-        raise Ended(1 if found == 3 else found)
+        raise Ended(found)
     return found
 
 

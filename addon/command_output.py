@@ -4,9 +4,8 @@ import contextlib
 import os
 import sys
 
-from ..core import wording
 from ..core.progress import Progress, finish
-from .text import counted
+from .text import amount, area, counted, share, short, time
 
 
 def summary_lines(numbers: dict) -> list[str]:
@@ -14,25 +13,25 @@ def summary_lines(numbers: dict) -> list[str]:
     graph, embedding, coverage = numbers["graph"], numbers["embedding"], numbers["coverage"]
     lines = [
         f"Motion graph: {counted(graph['segments'], 'segment')}, {counted(graph['links'], 'link')} from "
-        f"{graph['clips_played']} of {counted(graph['clips'], 'clip')}, {graph['motion_seconds']:.1f} s of motion",
+        f"{graph['clips_played']} of {counted(graph['clips'], 'clip')}, {time(graph['motion_seconds'])} of motion",
         f"Embedding: {counted(embedding['nodes'], 'node')}, {counted(embedding['links'], 'link')} on "
         f"{embedding['cells'][0]} x {embedding['cells'][1]} cells x {embedding['headings']} headings",
-        f"Coverage: {wording.share(coverage['share'])} of the free floor, "
-        f"{wording.amount(coverage['square_metres'])} of {wording.area(coverage['free_square_metres'])}",
+        f"Coverage: {share(coverage['share'])} of the free floor, "
+        f"{amount(coverage['square_metres'])} of {area(coverage['free_square_metres'])}",
     ]
     if "variability" in numbers:
         ways = numbers["variability"]
         lines.append(
-            f"Variability: {ways['mean']:,.0f} ways on average, up to {counted(ways['highest'], 'way')} in a cell"
+            f"Variability: {amount(ways['mean'])} ways on average, up to {counted(ways['highest'], 'way')} in a cell"
         )
     if "parcels" in numbers:
         made = numbers["parcels"]
-        lines.append(f"In parcels of {made['parcel_size']:g} m; table, page and maps: {made['folder']}")
+        lines.append(f"In parcels of {short(made['parcel_size'])} m; table, page and maps: {made['folder']}")
     if "walk" in numbers:
         made = numbers["walk"]
         lines.append(
-            f"Walk: {made['seconds']:.1f} s, {made['metres']:.1f} m, {counted(made['segments'], 'segment')}, in the "
-            f"action '{made['action']}', frames {made['frames'][0]} to {made['frames'][1]}"
+            f"Walk: {time(made['seconds'])}, {amount(made['metres'])} m, {counted(made['segments'], 'segment')}, in "
+            f"the action '{made['action']}', frames {made['frames'][0]} to {made['frames'][1]}"
         )
     if "export" in numbers:
         made = numbers["export"]

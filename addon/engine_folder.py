@@ -6,11 +6,11 @@ import bpy
 
 from ..core.embedding.embedding import Embedding
 from ..core.errors import ExportError
-from ..core.export.engine_format import engine_files
+from ..core.export.engine_format import TABLE_FILE, engine_files
 from ..core.motion.graph import MotionGraph
 from .bridge.export_gltf import export_clips
 from .bridge.write_action import write_clip
-from .export_folder import check_folder, remember, write_files
+from .export_folder import check_folder, remember, remove_earlier, write_files
 from .text import counted
 
 READER = Path(__file__).resolve().parents[1] / "assets" / "engine" / "wayfarer_reader.py"
@@ -38,8 +38,10 @@ def write_engine_folder(
 ) -> list[str]:
     """Write everything that an engine needs of a scene's embedding; returns the names of the files.
 
+    Clips and table of an earlier export that are not wanted any more are removed.
+
     Raises ExportError if there is nothing to export, Blender cannot, or a file in the folder is not ours to replace;
-    StorageError if a file cannot be written.
+    StorageError if a file cannot be written or removed.
     """
     character = scene.wayfarer.character
     page = _README.format(
@@ -55,6 +57,9 @@ def write_engine_folder(
     files = {**engine_files(embedding, with_table), READER.name: reader, "README.md": page.encode()}
     check_folder(folder, [*files, CLIPS_FILE] if with_clips else files)
     write_files(folder, files)
+    # They belong to another embedding now.
+    wanted = {TABLE_FILE: with_table, CLIPS_FILE: with_clips}
+    remove_earlier(folder, [name for name in wanted if not wanted[name]])
     if not with_clips:
         return list(files)
     _write_clips(scene, embedding.graph, folder / CLIPS_FILE)

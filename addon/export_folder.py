@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..core.errors import ExportError
+from ..core.errors import ExportError, StorageError
 from ..core.expanse.set_file import write_whole
 
 _LIST = ".wayfarer.json"
@@ -42,6 +42,18 @@ def write_files(folder: Path, files: dict[str, bytes]) -> None:
     finally:
         if written:
             remember(folder, written)
+
+
+def remove_earlier(folder: Path, names: Iterable[str]) -> None:
+    """Remove these files, as far as they are there as Wayfarer wrote them; StorageError if that cannot be."""
+    known = _known(folder)
+    for name in names:
+        path = folder / name
+        if name in known and path.is_file() and known[name] == _checksum(path):
+            try:
+                path.unlink()
+            except OSError as error:
+                raise StorageError(f"'{path}' cannot be removed ({error.strerror}); remove it yourself.") from None
 
 
 def _known(folder: Path) -> dict[str, str]:

@@ -49,7 +49,7 @@ class CharacterClips:
 def read_character_steps(scene) -> Generator[Progress, None, CharacterClips]:
     """Read the clips in use, one between two yields: hundreds of them take their time.
 
-    Raises ClipError if the scene has no character, or no action of it is in use.
+    Raises ClipError if the scene has no character, no action of it is in use, or one is deleted between two yields.
     """
     settings = scene.wayfarer
     problem = character_problem(scene)
@@ -59,13 +59,16 @@ def read_character_steps(scene) -> Generator[Progress, None, CharacterClips]:
     if not actions:
         raise ClipError(f"No action of '{character.name}' is in use; refresh the clips or tick at least one.")
     read, binding = CharacterClips([], [], {}), bind_rig(character)
-    for done, action in enumerate(actions):
-        yield Progress(done / len(actions), f"Reading {action.name}")
-        read.seen[action.name] = action_fingerprint(scene, action)
+    names = [action.name for action in actions]
+    for done, (name, action) in enumerate(zip(names, actions, strict=True)):
+        yield Progress(done / len(actions), f"Reading {name}")
         try:
+            read.seen[name] = action_fingerprint(scene, action)
             read.clips.append(read_clip(character, action, binding=binding))
         except ClipError as error:
-            read.problems.append((action.name, str(error)))
+            read.problems.append((name, str(error)))
+        except ReferenceError as error:
+            raise ClipError(f"'{name}' or its character was deleted before it was read; start again.") from error
     return read
 
 

@@ -13,6 +13,7 @@ from typing import Literal
 
 import bpy
 
+from . import text
 from .jobs import LongOperator
 from .live_evaluation import LiveEvaluation
 from .properties.floor_map import CHANGE_LISTENERS
@@ -76,8 +77,8 @@ def status(scene) -> tuple[str, Literal["NONE", "INFO", "ERROR", "TIME"]]:
         return ("Updating" if live.working else "Updates when you let go"), "TIME"
     if not live.seconds:
         return "", "NONE"
-    drawn = f", drawn after {live.drawn:.2f} s" if live.drawn else ""
-    return f"Painted after {live.written:.2f} s{drawn}", "NONE"
+    drawn = f", drawn after {text.time(live.drawn)}" if live.drawn else ""
+    return f"Painted after {text.time(live.written)}{drawn}", "NONE"
 
 
 # ----------------------------------------------------------------------------------------------- changes

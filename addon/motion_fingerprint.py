@@ -4,7 +4,7 @@ Two that are equal make the same clip; two that differ may do so too, such as th
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from functools import cache
 
 import bpy
@@ -40,7 +40,9 @@ def actions_fingerprint(scene, known: Mapping[str, str] | None = None) -> str:
 
 
 def action_fingerprint(scene, action) -> str:
-    """Of what the scene's character plays of an action: its curves, frame range and tags, but not of its name."""
+    """Of what the scene's character plays of an action: its curves, frame range and tags, but not of its name; and of
+    the character's size and rest pose, by which it goes as far as it does.
+    """
     character = scene.wayfarer.character
     if character is None:
         return ""
@@ -49,6 +51,7 @@ def action_fingerprint(scene, action) -> str:
     except ClipError as error:
         return str(error)
     parts = [
+        *_body_parts(character),
         (action.use_frame_range, tuple(action.frame_range)),
         (action.get(FRAME_RATE_PROPERTY), scene.render.fps / scene.render.fps_base),
         (sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")),
@@ -103,22 +106,29 @@ def _rig_fingerprint(character, actions) -> str:
     if character is None:
         return ""
     bones, posed = character.data.bones, character.pose.bones
-    matrices = np.empty(16 * len(bones), dtype=np.float32)
-    bones.foreach_get("matrix_local", matrices)
+    moving = _moving_paths(character, actions)
+    constraints = [(owner.name, constraint) for owner in (character, *posed) for constraint in owner.constraints]
     parts = [
         [(bone.name, bone.parent.name if bone.parent else "") for bone in bones],
         [(b.use_connect, b.use_inherit_rotation, b.inherit_scale, b.use_local_location, b.use_deform) for b in bones],
         [bone.rotation_mode for bone in posed],
-        matrices,
-        tuple(character.get(FORWARD_PROPERTY, ())),
-        [(owner.name, _values(constraint)) for owner in (character, *posed) for constraint in owner.constraints],
-        [_driver(driver) for data in (character, character.data) for driver in _drivers(data)],
-        [f"{factor:.4g}" for factor in character.matrix_world.to_scale()],
+        *_body_parts(character),
+        [(owner, _values(constraint, constraint.path_from_id(), moving)) for owner, constraint in constraints],
     ]
+    for curve in (*_drivers(character), *_drivers(character.data)):
+        parts += _driver_parts(curve, character, moving)
     if not any(_turns_object(character, action) for action in actions):
         up = character.matrix_world.to_3x3().normalized().row[2]
         parts.append((np.round(up, 3) + 0.0).tolist())
     return fingerprint(*parts)
+
+
+def _body_parts(character) -> list:
+    """The character's rest pose, which way is forward in it, and its size."""
+    matrices = np.empty(16 * len(character.data.bones), dtype=np.float32)
+    character.data.bones.foreach_get("matrix_local", matrices)
+    sizes = [f"{factor:.4g}" for factor in character.matrix_world.to_scale()]
+    return [matrices, tuple(character.get(FORWARD_PROPERTY, ())), sizes]
 
 
 def _turns_object(character, action) -> bool:
@@ -133,18 +143,50 @@ def _drivers(data) -> list:
     return list(data.animation_data.drivers) if data.animation_data else []
 
 
-def _driver(curve) -> tuple:
+def _moving_paths(character, actions) -> frozenset[str]:
+    """Data paths of the properties that are driven, or that actions move: their present values say nothing, since they
+    differ from frame to frame. The curves and the drivers say it all.
+    """
+    paths = {curve.data_path for curve in _drivers(character) if not curve.mute}
+    if _is_constrained(character):
+        for action in actions:
+            try:
+                paths.update(curve.data_path for curve in _other_curves(action_curves(character, action)))
+            except ClipError:
+                continue
+    return frozenset(paths)
+
+
+def _driver_parts(curve, character, moving: Set[str]) -> list:
+    """Everything that decides what a driver does, but for what moves with the frame."""
     driver = curve.driver
-    variables = [
-        (variable.name, variable.type, [(_named(t.id), t.data_path, t.bone_target) for t in variable.targets])
-        for variable in driver.variables
+    targets = [target for variable in driver.variables for target in variable.targets]
+    return [
+        (curve.data_path, curve.array_index, curve.mute, driver.type, driver.expression, driver.use_self),
+        [(variable.name, variable.type, _plain(variable.targets)) for variable in driver.variables],
+        [_custom_value(character, target.data_path) for target in targets if _is_custom(target, character, moving)],
+        *_curve_parts(curve),
     ]
-    return curve.data_path, curve.array_index, curve.mute, driver.type, driver.expression, variables
 
 
-def _values(thing) -> list:
-    """The settings of a constraint or a modifier of a curve, with the names of what they refer to."""
-    return [(thing.type, *((name, _plain(getattr(thing, name))) for name in _settings(type(thing))))]
+def _is_custom(target, character, moving: Set[str]) -> bool:
+    """Whether a driver's target is a custom property of the character, such as a switch of its rig, that stands."""
+    return target.id == character and target.data_path.endswith('"]') and target.data_path not in moving
+
+
+def _custom_value(character, path: str):
+    try:
+        return _plain(character.path_resolve(path))
+    except ValueError:
+        return ""
+
+
+def _values(thing, path: str = "", moving: Set[str] = frozenset()) -> list:
+    """The settings of a constraint or a modifier of a curve, with the names of what they refer to, but for those whose
+    data path is among the ``moving``.
+    """
+    names = [name for name in _settings(type(thing)) if f"{path}.{name}" not in moving]
+    return [(thing.type, *((name, _plain(getattr(thing, name), f"{path}.{name}", moving)) for name in names))]
 
 
 @cache
@@ -157,10 +199,13 @@ def _settings(kind: type) -> tuple[str, ...]:
     )
 
 
-def _plain(value):
+def _plain(value, path: str = "", moving: Set[str] = frozenset()):
     """A value of a property as one that can be told from others by its text."""
     if isinstance(value, bpy.types.bpy_prop_collection):
-        return [[(name, _plain(getattr(item, name))) for name in _settings(type(item))] for item in value]
+        return [
+            [(name, _plain(getattr(item, name))) for name in _settings(type(item)) if f"{own}.{name}" not in moving]
+            for own, item in ((f"{path}[{place}]", item) for place, item in enumerate(value))
+        ]
     if isinstance(value, bpy.types.ID):
         return _named(value)
     if isinstance(value, set):

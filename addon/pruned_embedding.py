@@ -24,11 +24,11 @@ def keep_pruning(scene, pruning: Pruning) -> None:
     found = results(scene)
     if pruning.pruned is pruning.whole:
         scene.wayfarer.tuning.pruned = ""
-        _use(scene, pruning.whole, pruning.before)
+        _use(scene, pruning.whole, pruning.whole, pruning.before)
         return
     found.prunings = [*found.prunings, pruning][-_REMEMBERED:]
     scene.wayfarer.tuning.pruned = mark_of(pruning.pruned)
-    _use(scene, pruning.pruned, pruning.after)
+    _use(scene, pruning.pruned, pruning.whole, pruning.after)
 
 
 def restore_whole(scene) -> None:
@@ -36,13 +36,13 @@ def restore_whole(scene) -> None:
     pruning = results(scene).pruning
     if pruning is not None:
         scene.wayfarer.tuning.pruned = ""
-        _use(scene, pruning.whole, pruning.before)
+        _use(scene, pruning.whole, pruning.whole, pruning.before)
 
 
-def _use(scene, embedding: Embedding, size: Extent) -> None:
+def _use(scene, embedding: Embedding, whole: Embedding, size: Extent) -> None:
     found = results(scene)
     found.embedding = embedding
-    found.summary.update(nodes=size.nodes, links=size.links, coverage=coverage_share(embedding))
+    found.summary.update(nodes=size.nodes, links=size.links, coverage=coverage_share(embedding, whole))
     # Blender tells of no change: the painted map follows when it is told to.
     evaluation(scene).change()
     map_changed(scene.wayfarer.map, None)
@@ -56,11 +56,11 @@ def _on_exchange(*_) -> None:
             continue
         found, wanted = results(scene), scene.wayfarer.tuning.pruned
         if not wanted and found.pruning is not None:
-            _use(scene, found.pruning.whole, found.pruning.before)
+            _use(scene, found.pruning.whole, found.pruning.whole, found.pruning.before)
         elif wanted:
             for pruning in found.prunings:
                 if pruning.whole is found.whole and mark_of(pruning.pruned) == wanted:
-                    _use(scene, pruning.pruned, pruning.after)
+                    _use(scene, pruning.pruned, pruning.whole, pruning.after)
                     break
     redraw()
 

@@ -25,8 +25,8 @@ class Change:
         Whether anything may stand elsewhere or have another shape that an environment is made from: not what we made,
         nor the character.
     by_script : bool
-        Whether this happens in the middle of a script, or of an operator written as one: it may hold on to what it
-        found before, and what takes long would take long at each of its steps.
+        Whether this happens in the middle of a script, or of an operator written as one, or with a change of frame: it
+        may hold on to what it found before, and what takes long would take long at each of its steps, or frames.
     """
 
     moved: bool
@@ -39,8 +39,9 @@ def _ignore(*_) -> None:
 
 @dataclass(frozen=True)
 class Listener:
-    """Functions to call: ``changed`` with scene, depsgraph and Change, but not in background mode; ``exchanged`` after
-    undo and redo; ``closed`` before another file takes the place of this one, ``opened`` after.
+    """Functions to call: ``changed`` with scene, depsgraph and Change, but not in background mode, and with another
+    frame only if something has moved; ``exchanged`` after undo and redo; ``closed`` before another file takes the place
+    of this one, ``opened`` after.
     """
 
     changed: Callable = _ignore
@@ -78,21 +79,41 @@ def stop_timer(tick: Callable[[], float | None]) -> None:
 
 @persistent
 def _on_update(scene, depsgraph) -> None:
-    # A render evaluates a copy of its own, in a thread of its own.
-    if depsgraph.mode != "VIEWPORT" or threading.current_thread() is not threading.main_thread():
+    if not _is_shown(depsgraph):
         return
-    reshaped = [
-        update.id.original.session_uid
-        for update in depsgraph.updates
-        if update.is_updated_geometry and isinstance(update.id, bpy.types.Object) and update.id.original is not None
-    ]
-    if scene.session_uid in _memories:
-        _memories[scene.session_uid].forget(reshaped)
+    _forget_reshaped(scene, depsgraph)
     if bpy.app.background:
         return
     # Blender itself calls us from nowhere, a script through its own function.
     frame = inspect.currentframe()
-    change = Change(_has_moved(scene, depsgraph), frame is not None and frame.f_back is not None)
+    _tell(scene, depsgraph, Change(_has_moved(scene, depsgraph), frame is not None and frame.f_back is not None))
+
+
+@persistent
+def _on_frame(scene, depsgraph) -> None:
+    """Another frame, of which Blender tells by this alone; in playback, one after the other."""
+    if not _is_shown(depsgraph):
+        return
+    _forget_reshaped(scene, depsgraph)
+    if not bpy.app.background and _has_moved(scene, depsgraph):
+        _tell(scene, depsgraph, Change(moved=True, by_script=True))
+
+
+def _is_shown(depsgraph) -> bool:
+    """A render evaluates a copy of its own, in a thread of its own."""
+    return depsgraph.mode == "VIEWPORT" and threading.current_thread() is threading.main_thread()
+
+
+def _forget_reshaped(scene, depsgraph) -> None:
+    if scene.session_uid in _memories:
+        _memories[scene.session_uid].forget(
+            update.id.original.session_uid
+            for update in depsgraph.updates
+            if update.is_updated_geometry and isinstance(update.id, bpy.types.Object) and update.id.original is not None
+        )
+
+
+def _tell(scene, depsgraph, change: Change) -> None:
     for listener in LISTENERS:
         listener.changed(scene, depsgraph, change)
 
@@ -100,13 +121,22 @@ def _on_update(scene, depsgraph) -> None:
 def _has_moved(scene, depsgraph) -> bool:
     own, character = find_collection(scene, OUTPUT), scene.wayfarer.character
     ours = set(own.objects) if own is not None else set()
-    ours |= {character, *character.children_recursive} if character is not None else set()
     return any(
         (update.is_updated_transform or update.is_updated_geometry)
         and isinstance(update.id, (bpy.types.Object, bpy.types.Collection, bpy.types.Scene))
         and update.id.original not in ours
+        and not _belongs_to(update.id.original, character)
         for update in depsgraph.updates
     )
+
+
+def _belongs_to(block, character) -> bool:
+    """Whether this is the character, or a child of it; there may be many objects in the file, but few above one."""
+    while isinstance(block, bpy.types.Object):
+        if block == character:
+            return True
+        block = block.parent
+    return False
 
 
 @persistent
@@ -143,6 +173,7 @@ def _after_load(*_) -> None:
 
 _HANDLERS = (
     ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
     ("undo_pre", _before_exchange),
     ("redo_pre", _before_exchange),
     ("undo_post", _on_exchange),

@@ -38,7 +38,7 @@ from .inputs import (
 from .motion_fingerprint import action_fingerprint, actions_fingerprint
 from .render.contact_strip import ContactShares
 from .render.floor import find_floor
-from .scene_changes import shape_memory
+from .scene_changes import LISTENERS, Listener, shape_memory
 from .scene_results import (
     REMEMBERED,
     SceneResults,
@@ -403,7 +403,6 @@ def redraw() -> None:
                 area.tag_redraw()
 
 
-@persistent
 def _on_change(*_) -> None:
     global _looking
     # Whatever was being looked at may have changed: from the start.
@@ -446,8 +445,9 @@ def _on_load(*_) -> None:
     forget_all()
 
 
+_LISTENER = Listener(changed=_on_change)
+
 _HANDLERS = (
-    ("depsgraph_update_post", _on_change),
     ("undo_post", _on_exchange),
     ("redo_post", _on_exchange),
     ("load_pre", _on_load),
@@ -457,11 +457,13 @@ _HANDLERS = (
 def register():
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
+    LISTENERS.append(_LISTENER)
 
 
 def unregister():
     if bpy.app.timers.is_registered(_settle):
         bpy.app.timers.unregister(_settle)
+    LISTENERS.remove(_LISTENER)
     for name, handler in reversed(_HANDLERS):
         getattr(bpy.app.handlers, name).remove(handler)
     forget_all()

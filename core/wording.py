@@ -1,5 +1,5 @@
-"""Numbers in words: every number that people read, in panels, legends, charts, pages and on the command line, is put
-into text here, so that it looks the same everywhere.
+"""Numbers in words: what people read in panels, legends, charts, pages and on the command line looks the same
+everywhere.
 
 Files that programs read (CSV, JSON) hold plain numbers, and units in ASCII: "m2".
 """
@@ -13,7 +13,10 @@ def counted(number: int, noun: str, plural: str = "") -> str:
 
 
 def short(value: float) -> str:
-    """A number as short as it can be told, in three digits: "0.25", "847", "1.5 k", "44 M". Never with an exponent."""
+    """A number as short as it can be told, in three digits: "0.25", "847", "1.5 k", "44 M". Never with an exponent;
+    "endless" and "-" for what is infinite and for no number."""
+    if not math.isfinite(value):
+        return "-" if math.isnan(value) else "endless"
     for size, letter in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
         if abs(value) >= size * 0.9995:
             return f"{_digits(value / size)}{letter}"
@@ -43,6 +46,8 @@ def area(square_metres: float) -> str:
 
 def share(part: float) -> str:
     """A share from 0 to 1 as "61.3%": 0% and 100% only for nothing and all of it."""
+    if math.isnan(part):
+        return "-"
     if part in (0, 1):
         return f"{part:.0%}"
     if 0 < part < 0.0005:
@@ -68,8 +73,3 @@ def place(x: float, y: float) -> str:
     # Not a minus before a zero.
     x, y = (round(value, 1) + 0.0 for value in (x, y))
     return f"({x:.1f}, {y:.1f}) m"
-
-
-def mean_of(mean: str, error: str, sample: str) -> str:
-    """A number that was sampled, with its standard error and the size of the sample: "61.3% ± 1.2% (100 pairs)"."""
-    return f"{mean} ± {error} ({sample})"

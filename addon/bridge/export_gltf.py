@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import struct
+import uuid
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -71,20 +72,23 @@ def _stand_ins(objects):
     each part of the file.
 
     The exporter writes every track that it finds, muted or not, of objects and of their shape keys; tracks cannot be
-    taken off an object and put back. Copies are told by their names in the file only, see :func:`_rename`.
+    taken off an object and put back. Copies are told by their names in the file only, see :func:`_rename`: nothing else
+    may have these, bones neither.
     """
-    frame = bpy.context.scene.frame_current
+    frame, subframe = bpy.context.scene.frame_current, bpy.context.scene.frame_subframe
     copies, data = [], []
     names: dict[str, dict[str, str]] = {"nodes": {}, "meshes": {}}
     try:
         for original in objects:
             copy = original.copy()
             copies.append(copy)
+            copy.name = uuid.uuid4().hex
             names["nodes"][copy.name] = original.name
             keys = original.data.shape_keys if original.type == "MESH" else None
             if keys is not None and keys.animation_data is not None:
                 copy.data = original.data.copy()
                 data.append(copy.data)
+                copy.data.name = uuid.uuid4().hex
                 names["meshes"][copy.data.name] = original.data.name
                 _silence(copy.data.shape_keys.animation_data)
             _silence(copy.animation_data)
@@ -106,7 +110,7 @@ def _stand_ins(objects):
             bpy.data.objects.remove(copy)
         for mesh in data:
             bpy.data.meshes.remove(mesh)
-        bpy.context.scene.frame_set(frame)
+        bpy.context.scene.frame_set(frame, subframe=subframe)
 
 
 def _silence(animation) -> None:

@@ -53,6 +53,8 @@ class ShapeMemory:
     def forget(self, objects: Iterable[int]) -> None:
         """Forget what these objects, given by their session uid, show or instance."""
         changed = set(objects)
+        if not any(changed.intersection(key[:2]) for key in self._shapes):
+            return
         self._shapes = {key: shape for key, shape in self._shapes.items() if not changed.intersection(key[:2])}
         known = {id(shape) for shape in self._shapes.values()}
         self._pieces = {key: piece for key, piece in self._pieces.items() if key[0] in known}

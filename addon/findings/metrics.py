@@ -26,8 +26,7 @@ def _metrics(embedding: Embedding, found: Metrics) -> Finding:
     ground, ways, turns = found.ground, found.ways, found.turns
     efficiency = [("Path Efficiency", "too little room")]
     if ways:
-        mean, error = wording.share(ways.mean), wording.share(ways.standard_error)
-        efficiency = [("Path Efficiency", f"{mean} ± {error}"), ("Sampled", ways.sample)]
+        efficiency = [("Path Efficiency", ways.mean_in_words), ("Sampled", ways.sample)]
     wait = "never" if math.isinf(found.mean_wait) else f"{wording.time(found.mean_wait)} to a clip"
     return Finding(
         METRICS,

@@ -7,7 +7,7 @@ from ..advice import start_advice
 from ..jobs import LongOperator
 from ..properties import WalkStyle
 from ..state import embedding_of, results
-from ..text import counted, time
+from ..text import amount, counted, time
 from ..walks.baking import bake_motion
 from ..walks.motion import motion_steps, read_motion_request
 from ..walks.planning import walk_steps
@@ -45,10 +45,10 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
         advice = start_advice(start, walk)
         if advice:
             self.report({"WARNING"}, advice)
-        slide = f", feet slide {100 * motion.after.mean_slide:.1f} cm/s" if motion.after.feet else ""
+        slide = f", feet slide {amount(100 * motion.after.mean_slide)} cm/s" if motion.after.feet else ""
         self.report(
             {"INFO"},
-            f"A walk of {time(walk.duration)} over {numbers['walk_length']:.1f} m, "
+            f"A walk of {time(walk.duration)} over {amount(numbers['walk_length'])} m, "
             f"{counted(len(walk), 'segment')}{slide}",
         )
         self.warn_if_stale(context.scene)

@@ -59,7 +59,7 @@ def draw_map(path: Path, shown: MapScene, title: str, notes: list[str], highest:
         legend.ramp("few ways", highest)
         legend.gap(0.6)
         legend.entry(UNREACHED, "cannot go here")
-        legend.entry(BLOCKED, "too close to an obstacle")
+        legend.entry(BLOCKED, "too near an obstacle")
         legend.entry(OBSTACLE, "obstacle")
         if shown.regions:
             legend.entry(STEP, "region")

@@ -40,7 +40,7 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
         kept = pruned.n_nodes / max(whole.n_nodes, 1), pruned.n_links / max(whole.n_links, 1)
         paper = nodes / PAPER_NODES, links / PAPER_EMBEDDED_LINKS
         over = _area(rooms, pruned)
-        rows.append([k, pruned.n_nodes, pruned.n_links, *kept, *paper, coverage_share(pruned), over])
+        rows.append([k, pruned.n_nodes, pruned.n_links, *kept, *paper, coverage_share(pruned, whole), over])
         reached = "the region beyond the step stays" if over else "the region beyond the step is lost"
         comparisons.append(
             Comparison(
@@ -101,7 +101,7 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
         over = _area(rooms, pruned)
         texts.append(
             f"{kept} segments (the paper: {paper} of {PAPER_SEGMENTS}): {size_of(pruned)} nodes / links, "
-            f"{wording.share(coverage_share(pruned))} of the free floor, {wording.area(over)} beyond the step."
+            f"{wording.share(coverage_share(pruned, whole))} of the free floor, {wording.area(over)} beyond the step."
         )
     left = np.array([n - i for i in range(len(smallest.dropped) + 1)])
     shares = np.array([coverage_share(whole), *(drop.coverage for drop in smallest.dropped)])

@@ -36,16 +36,14 @@ class Embedding:
                 setattr(self, name, arrays[name])
         self.header, self.segments, grid = header, header["segments"], header["grid"]
         self.nx, self.ny, self.n_headings = grid["shape"]
-        self.cell_size, self.tiled = grid["cell_size"], grid["tiled"]
-        self.origin = np.array(grid["origin"])
+        self.cell_size, self.tiled, self.origin = grid["cell_size"], grid["tiled"], np.array(grid["origin"])
         self.n_frames = [segment["frames"] - 1 for segment in self.segments]
         #: Stencils by the segment that they play and the heading that they start from, and those that arrive.
         self.leaving, self.arriving = {}, {}
         for k, (segment, heading, _, _, turn) in enumerate(self.stencil.tolist()):
             self.leaving.setdefault((segment, heading), []).append(k)
             self.arriving.setdefault((segment, (heading + turn) % self.n_headings), []).append(k)
-        self.children = [[] for _ in self.segments]
-        self.parents = [[] for _ in self.segments]
+        self.children, self.parents = ([[] for _ in self.segments] for _ in range(2))
         for before, after in self.follow.tolist():
             self.children[before].append(after)
             self.parents[after].append(before)
@@ -178,6 +176,8 @@ class Embedding:
 def read_table(folder):
     """(n, 4) nodes, (n + 1,) where each one's links begin, and the nodes that these lead to, of embedding.table."""
     header = json.loads((Path(folder) / "embedding.json").read_text("utf-8"))
+    if header.get("table") is None:
+        raise ValueError(f"'{folder}' holds no table: it was left out; export again with it")
     raw, n = (Path(folder) / header["table"]["file"]).read_bytes(), header["nodes"]
     numbers = np.frombuffer(raw, "<u4", offset=8 * n)
     return np.frombuffer(raw, "<u2", 4 * n).reshape(n, 4), numbers[: n + 1], numbers[n + 1 :]

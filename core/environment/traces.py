@@ -6,7 +6,6 @@ parts of the scene leave, put together, is to the bit what all of it leaves at o
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
@@ -60,7 +59,7 @@ class TraceMemory:
 
     def __init__(self):
         self._ground: tuple = ()
-        self._traces: dict[tuple, _Trace] = {}
+        self._known = _Traces()
 
     def serves(self, grid: Grid) -> bool:
         """Whether traces on this ground are kept: not where they are large, nor where everything repeats."""
@@ -76,24 +75,23 @@ class TraceMemory:
         """
         margin = margin_for(grid, radius)
         ground = grid.shape[:2], grid.cell_size, grid.origin, margin, low, high
-        # Whoever gives up on the way loses nothing: what is no longer there is forgotten at the end.
-        known, used = (self._traces if ground == self._ground else {}), {}
-        self._ground, self._traces = ground, known
-        groups = _gathered(pieces)
-        for number, together in enumerate(groups):
-            key = tuple(piece.key for piece in together)
-            if key not in known:
-                known[key] = yield from _trace_steps(grid, together, margin, low, high, number / len(groups))
-            used[key] = used.get(key, 0) + 1
-        traces = [known[key] for key, n in used.items() for _ in range(n)]
-        # Once more, because somebody else may have asked in the meantime.
-        self._ground, self._traces, n_bytes = ground, {}, 0
-        for key in used:
-            n_bytes += known[key].n_bytes
-            if n_bytes <= _MAX_BYTES:
-                self._traces[key] = known[key]
+        # Somebody else may ask for another ground in the meantime: these stay ours.
+        known = self._known if ground == self._ground else _Traces()
+        self._ground, self._known = ground, known
+        groups, total = _gathered(pieces), _Sum()
+        keys = [tuple(piece.key for piece in together) for together in groups]
+        # Whoever gives up on the way loses nothing that there is room for: what is no longer there is forgotten when
+        # its place is needed, or at the end.
+        gone = known.others(keys)
+        for number, (key, together) in enumerate(zip(keys, groups, strict=True)):
+            trace = known.get(key)
+            if trace is None:
+                trace = yield from _trace_steps(grid, together, margin, low, high, number / len(groups))
+                known.keep(key, trace, gone)
+            total.add(trace)
+        known.forget(known.others(keys))
+        self._ground, self._known = ground, known
         size = np.array(grid.shape[:2]) * SUBDIVISION
-        total = _sum(traces)
         blocked = np.zeros(size, dtype=bool)
         if total.occupied is not None:
             blocked = grown(grid, total.occupied, margin, radius)
@@ -102,12 +100,66 @@ class TraceMemory:
         return blocked
 
 
+class _Traces:
+    """Traces by the keys of the pieces that left them, never more than ``_MAX_BYTES`` of them."""
+
+    def __init__(self):
+        self._traces: dict[tuple, _Trace] = {}
+        self._n_bytes = 0
+
+    def get(self, key: tuple) -> _Trace | None:
+        return self._traces.get(key)
+
+    def others(self, keys: Sequence[tuple]) -> list[tuple]:
+        """The keys of all traces but these."""
+        return list(self._traces.keys() - set(keys))
+
+    def keep(self, key: tuple, trace: _Trace, gone: list[tuple]) -> None:
+        """Keep a trace if there is room, for which as many of those that are ``gone`` as it needs are forgotten."""
+        self.forget([key])
+        while gone and self._n_bytes + trace.n_bytes > _MAX_BYTES:
+            self.forget([gone.pop()])
+        if self._n_bytes + trace.n_bytes <= _MAX_BYTES:
+            self._traces[key] = trace
+            self._n_bytes += trace.n_bytes
+
+    def forget(self, keys: Sequence[tuple]) -> None:
+        for key in keys:
+            if key in self._traces:
+                self._n_bytes -= self._traces.pop(key).n_bytes
+
+
+class _Sum:
+    """What pieces leave, put together trace by trace: the attributes are those of a trace."""
+
+    def __init__(self):
+        self.occupied: np.ndarray | None = None
+        self.over: np.ndarray | None = None
+        self.under: np.ndarray | None = None
+
+    def add(self, trace: _Trace) -> None:
+        if trace.occupied is not None:
+            self.occupied = np.zeros_like(trace.occupied) if self.occupied is None else self.occupied
+            self.occupied |= trace.occupied
+        self.over, self.under = _added(self.over, trace.over), _added(self.under, trace.under)
+
+
+def _added(total: np.ndarray | None, counts: np.ndarray | None) -> np.ndarray | None:
+    """``total`` with the counts added in place."""
+    if counts is None:
+        return total
+    if total is None:
+        total = np.zeros(counts.shape, dtype=np.int32)
+    total += counts
+    return total
+
+
 def _gathered(pieces: Sequence[Piece]) -> list[list[Piece]]:
     """The pieces in groups that are large enough to be worth a trace."""
-    groups, n_triangles = [], _TRIANGLES_TOGETHER
+    groups, n_triangles = [], 0
     for piece in pieces:
         n_here = len(piece.shape.triangles)
-        if n_triangles + n_here > _TRIANGLES_TOGETHER:
+        if not groups or n_triangles + n_here > _TRIANGLES_TOGETHER:
             groups.append([])
             n_triangles = 0
         groups[-1].append(piece)
@@ -119,24 +171,14 @@ def _trace_steps(
     grid: Grid, pieces: Sequence[Piece], margin: int, low: float, high: float, done: float
 ) -> Generator[Progress, None, _Trace]:
     """The trace of some pieces, a bearable number of triangles at a time; ``done`` is the share of all work before."""
-    triangles, total = all_triangles(pieces), _Trace(None, None, None)
+    triangles, total = all_triangles(pieces), _Sum()
     for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
         yield Progress(done, "Looking at the obstacles")
         part = triangles[start : start + _TRIANGLES_AT_ONCE]
         occupied = occupied_samples(grid, clip_to_heights(part, low, high), margin)
         over, under = faces_over_and_under(grid, part, low, high)
-        total = _sum([total, _Trace(occupied if occupied.any() else None, _small(over), _small(under))])
+        total.add(_Trace(occupied if occupied.any() else None, _small(over), _small(under)))
     return _Trace(total.occupied, _small(total.over), _small(total.under))
-
-
-def _sum(traces: Sequence[_Trace]) -> _Trace:
-    """What all of them leave."""
-    occupied = [trace.occupied for trace in traces if trace.occupied is not None]
-    return _Trace(
-        reduce(np.logical_or, occupied) if occupied else None,
-        _total([trace.over for trace in traces]),
-        _total([trace.under for trace in traces]),
-    )
 
 
 def _small(counts: np.ndarray | None) -> np.ndarray | None:
@@ -144,13 +186,3 @@ def _small(counts: np.ndarray | None) -> np.ndarray | None:
     if counts is None or not counts.any():
         return None
     return counts.astype(np.min_scalar_type(-1 - max(int(counts.max()), -int(counts.min()))))
-
-
-def _total(parts: Sequence[np.ndarray | None]) -> np.ndarray | None:
-    present = [part for part in parts if part is not None]
-    if not present:
-        return None
-    total = np.zeros(present[0].shape, dtype=np.int32)
-    for part in present:
-        total += part
-    return total

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
+from ..errors import EvaluationError
 from .floor import floor_cells
 from .reach import mean_time_to_reach
 
@@ -58,10 +59,12 @@ def mean_time_to(goal: Nodes, place: str) -> Measure:
     """The mean time from everywhere to a set of nodes (see :mod:`.goals`); infinite for embeddings without any of them.
 
     For embeddings that share one network: an embedding and what pruning or ablation leave of it. ``place`` is what the
-    goal is called: "the door".
+    goal is called: "the door". The measure raises EvaluationError where the network is another one.
     """
 
     def seconds(embedding: Embedding) -> float:
+        if len(goal) != len(embedding.nodes):
+            raise EvaluationError(f"The time to reach {place} cannot be compared: other motions have other nodes.")
         return mean_time_to_reach(embedding, goal)
 
     return Measure(f"mean time to reach {place}", "s", seconds)

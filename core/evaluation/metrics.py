@@ -71,6 +71,7 @@ class Metrics:
     def rows(self) -> list[tuple[str, float | int | None, str]]:
         """Names, values and units ("share": from 0 to 1); None where there is no value."""
         ground, turns, ways = self.ground, self.turns, self.ways
+        error = ways.standard_error if ways and ways.n_goals > 1 else None
         wait = self.mean_wait if self.n_never < len(self.prompt) else None
         return [
             ("covered floor", ground.covered_area, "m2"),
@@ -80,13 +81,13 @@ class Metrics:
             ("floor covered in every heading", ground.full_area, "m2"),
             ("action coverage, mean over clips", float(self.actions.shares.mean()), "share"),
             ("path efficiency, mean", ways.mean if ways else None, "share"),
-            ("path efficiency, standard error of the mean", ways.standard_error if ways else None, "share"),
+            ("path efficiency, standard error of the mean", error, "share"),
             ("path efficiency, median", float(np.median(ways.efficiency)) if ways else None, "share"),
             ("path efficiency, pairs of places", len(ways.walked) if ways else 0, "pairs"),
             ("path efficiency, goals", ways.n_goals if ways else 0, "goals"),
             ("local maneuverability, mean over clips", wait, "s"),
             ("clips that can begin nowhere", self.n_never, "clips"),
-            ("turn balance, from -1 (right) to 1 (left)", turns.total, ""),
+            ("turn balance (-1: right, 1: left)", turns.total, ""),
             ("links that turn left", turns.n_left, "links"),
             ("links that turn right", turns.n_right, "links"),
             ("links that go straight", turns.n_straight, "links"),
@@ -98,7 +99,7 @@ class Metrics:
 def metrics(embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100) -> Metrics:
     """Measure an embedding; path efficiency over ``n_pairs`` pairs of places.
 
-    EvaluationError if the embedding is empty.
+    EvaluationError if the embedding is empty, or there are to be no pairs.
     """
     return finish(metrics_steps(embedding, rng, n_pairs))
 
@@ -109,6 +110,8 @@ def metrics_steps(
     """As :func:`metrics`, as a generator that yields progress."""
     if not embedding.n_nodes:
         raise EvaluationError("The embedding is empty: there is nothing to measure. Make room, or use other clips.")
+    if n_pairs < 1:
+        raise EvaluationError(f"Path efficiency cannot be measured over {n_pairs} pairs; ask for one or more.")
     yield Progress(0.0, "Measuring coverage")
     ground = environment_coverage(embedding)
     yield Progress(0.05, "Measuring actions")

@@ -60,15 +60,21 @@ class PathEfficiency:
 
     @property
     def standard_error(self) -> float:
-        """Of the mean, as far as pairs with different goals are independent of one another; 0 for a single goal.
+        """Of the mean, as far as pairs with different goals are independent of one another; nan for a single goal.
 
         Pairs that share a goal are alike, so that goals are what is drawn (the cluster-robust variance of a mean).
         """
         _, group = np.unique(self.goals, axis=0, return_inverse=True)
         off = np.bincount(group.ravel(), self.efficiency - self.mean)
         if len(off) < 2:
-            return 0.0
+            return float("nan")
         return float(np.sqrt(np.square(off).sum() * len(off) / (len(off) - 1)) / len(self.goals))
+
+    @property
+    def mean_in_words(self) -> str:
+        """The mean with its standard error, if that is known: "61.3% ± 1.2%"."""
+        mean, error = wording.share(self.mean), self.standard_error
+        return mean if np.isnan(error) else f"{mean} ± {wording.share(error)}"
 
     @property
     def sample(self) -> str:
@@ -83,7 +89,7 @@ class PathEfficiency:
     def describe(self) -> str:
         low, middle = np.percentile(self.efficiency, [10, 50])
         worst = self.worst
-        mean = wording.mean_of(wording.share(self.mean), wording.share(self.standard_error), self.sample)
+        mean = f"{self.mean_in_words} ({self.sample})"
         return (
             f"The shortest free way is {mean} as long as the quickest walk (median {wording.share(middle)}, one in ten "
             f"below {wording.share(low)}); at worst the character walks {self.walked[worst]:.1f} m where "

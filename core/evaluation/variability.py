@@ -134,10 +134,13 @@ def coverage(embedding: Embedding) -> np.ndarray:
     return embedding.covered()
 
 
-def coverage_share(embedding: Embedding) -> float:
-    """Share of the free floor that the character can pass through in at least one heading; 0 if there is none."""
+def coverage_share(embedding: Embedding, whole: Embedding | None = None) -> float:
+    """Share of the free floor that the character can pass through in at least one heading; 0 if there is none.
+
+    The floor is that of ``whole``, if that is what ``embedding`` was pruned from: shares of one floor compare.
+    """
     covered = coverage(embedding).any(axis=2)
-    return float(np.count_nonzero(covered) / max(np.count_nonzero(floor_cells(embedding)), 1))
+    return float(np.count_nonzero(covered) / max(np.count_nonzero(floor_cells(whole or embedding)), 1))
 
 
 def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.ndarray:

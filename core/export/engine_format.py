@@ -40,7 +40,7 @@ FORMAT, VERSION = "wayfarer engine embedding", 1
 HEADER_FILE, ARRAYS_FILE, TABLE_FILE = "embedding.json", "embedding.npz", "embedding.table"
 
 
-def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, bytes]:
+def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, bytes | bytearray]:
     """The files of an embedding, by their names; the same embedding always makes the same bytes.
 
     Raises ExportError if there is nothing to walk, or the table would be too large.
@@ -50,7 +50,7 @@ def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, byt
             "The embedding is empty: no endless walk fits into this scene, and there is nothing to export. Use more "
             "or shorter clips, a smaller radius or a wider footprint, or remove obstacles."
         )
-    files = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
+    files: dict[str, bytes | bytearray] = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
     if with_table:
         files[TABLE_FILE] = engine_table(embedding)
     header = engine_header(embedding)
@@ -59,7 +59,7 @@ def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, byt
     return {HEADER_FILE: (json.dumps(header, indent=1) + "\n").encode(), **files}
 
 
-def _told(name: str, raw: bytes) -> dict[str, Any]:
+def _told(name: str, raw: bytes | bytearray) -> dict[str, Any]:
     return {"file": name, "bytes": len(raw), "sha256": hashlib.sha256(raw).hexdigest()}
 
 

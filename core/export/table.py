@@ -13,36 +13,57 @@ from ..embedding.link_reader import LinkReader
 from ..errors import ExportError
 from ..tuning.budget import table_bytes
 
-#: Nodes whose links are looked up together.
-_NODES_AT_ONCE = 50_000
+#: Nodes whose links are looked up together: what that takes does not count beside a table that matters.
+_NODES_AT_ONCE = 5_000
 
 #: Links and nodes are numbered by 32 bits, parts of a node by 16.
 _MOST, _MOST_PARTS = 2**32 - 1, 2**16
 
+#: Bytes beside the table for each node: its state's number, by which links find it.
+_BYTES_BESIDE = 8
 
-def engine_table(embedding: Embedding) -> bytes:
-    """The table; ExportError if its numbers do not fit, or it would take too much memory."""
+
+def engine_table(embedding: Embedding) -> bytearray:
+    """The table.
+
+    Raises ExportError if its numbers do not fit, or making it would take more than ``embedding.settings.memory_limit``
+    bytes.
+    """
     nx, ny, n_headings, _ = embedding.shape
-    size = table_bytes(embedding.n_nodes, embedding.n_links)
-    if size > _MOST or max(embedding.shape) > _MOST_PARTS:
+    n_nodes, n_links = embedding.n_nodes, embedding.n_links
+    size = table_bytes(n_nodes, n_links)
+    needed, limit = size + n_nodes * _BYTES_BESIDE, embedding.settings.memory_limit
+    if max(n_nodes, n_links) > _MOST or max(embedding.shape) > _MOST_PARTS or needed > limit:
         raise ExportError(
-            f"A table of {embedding.n_nodes:,} nodes and {embedding.n_links:,} links would take {size / 1e9:.1f} GB; "
-            "prune the embedding, or leave the table out: the planes hold the same."
+            f"A table of {n_nodes:,} nodes and {n_links:,} links would take {size / 1e9:.1f} GB; prune the embedding, "
+            "or leave the table out ('Table' when exporting, '--no-table' on the command line): the planes hold the "
+            "same."
         )
-    unpack = embedding.unrolling.layout.unpack
-    # Numbers of all states that are nodes, ascending.
-    states = [np.flatnonzero(unpack(plane)) + place * nx * ny for place, plane in enumerate(embedding.planes) if plane]
-    state = np.concatenate([np.empty(0, dtype=np.int64), *states])
-    place, cell = np.divmod(state, nx * ny)
-    nodes = np.column_stack([*np.divmod(cell, ny), place % n_headings, place // n_headings])
-    reader = LinkReader(embedding)
-    counts, ends = np.zeros(len(nodes) + 1, dtype=np.int64), []
-    for first in range(0, len(nodes), _NODES_AT_ONCE):
-        some = nodes[first : first + _NODES_AT_ONCE]
-        row, stencil = reader.links_from(some)
-        counts[first + 1 : first + 1 + len(some)] = np.bincount(row, minlength=len(some))
-        x, y, heading, segment = reader.wrapped(reader.ends(some[row], stencil)).T
+    raw = bytearray(size)
+    rows = np.frombuffer(raw, "<u2", 4 * n_nodes).reshape(n_nodes, 4)
+    numbers = np.frombuffer(raw, "<u4", offset=rows.nbytes)
+    begins, after = numbers[: n_nodes + 1], numbers[n_nodes + 1 :]
+    states, reader, end = _states(embedding), LinkReader(embedding), 0
+    for first in range(0, n_nodes, _NODES_AT_ONCE):
+        place, cell = np.divmod(states[first : first + _NODES_AT_ONCE], nx * ny)
+        nodes = np.column_stack([*np.divmod(cell, ny), place % n_headings, place // n_headings])
+        rows[first : first + len(nodes)] = nodes
+        row, stencil = reader.links_from(nodes)
+        x, y, heading, segment = reader.wrapped(reader.ends(nodes[row], stencil)).T
         there = ((segment * n_headings + heading) * nx + x) * ny + y
-        ends.append(np.searchsorted(state, there).astype("<u4"))
-    parts = [nodes.astype("<u2"), np.cumsum(counts).astype("<u4"), *ends]
-    return b"".join(part.tobytes() for part in parts)
+        after[end : end + len(row)] = np.searchsorted(states, there)
+        begins[first + 1 : first + 1 + len(nodes)] = end + np.cumsum(np.bincount(row, minlength=len(nodes)))
+        end += len(row)
+    return raw
+
+
+def _states(embedding: Embedding) -> np.ndarray:
+    """(n,) int: numbers of all states that are nodes, ascending."""
+    layout, n_cells = embedding.unrolling.layout, embedding.shape[0] * embedding.shape[1]
+    states, end = np.empty(embedding.n_nodes, dtype=np.int64), 0
+    for place, plane in enumerate(embedding.planes):
+        if plane:
+            cells = layout.flat_cells(plane)
+            states[end : end + len(cells)] = cells + place * n_cells
+            end += len(cells)
+    return states

@@ -73,11 +73,11 @@ def _reasons(embedding: Embedding, options: Options) -> np.ndarray:
 
 
 def _of_reason(ground: WholeGround, options: Options) -> float:
-    counts = ground.once(_reasons, {})
-    wanted = options.get("reason")
-    # Whatever the reason, floor is not missing where something stands.
-    chosen = [Reason[wanted.upper()]] if wanted else [r for r in Reason if r not in (Reason.EMBEDDED, Reason.BLOCKED)]
-    return int(counts[chosen].sum()) / max(int(counts.sum() - counts[Reason.BLOCKED]), 1)
+    counts, wanted = ground.once(_reasons, {}), options.get("reason")
+    n_places = int(np.count_nonzero(ground.free)) * ground.n_headings
+    # All that is embedded lies on the free floor; what can only be crossed does not, and counts only if asked for.
+    n_missing = counts[Reason[wanted.upper()]] if wanted else n_places - counts[Reason.EMBEDDED]
+    return int(n_missing) / max(n_places, 1)
 
 
 # --------------------------------------------------------------------------------------------------------- links
@@ -114,7 +114,7 @@ _SPOTS = {
     "threshold": NATURAL,
     "domain": Option(" or ".join(map(repr, _DOMAINS)), lambda value: value in _DOMAINS),
 }
-_REASONS = [reason.name.lower() for reason in Reason]
+_REASONS = [reason.name.lower() for reason in Reason if reason not in (Reason.EMBEDDED, Reason.BLOCKED)]
 _REASON = Option(f"one of {', '.join(_REASONS)}", lambda value: value in _REASONS)
 
 
@@ -166,7 +166,7 @@ EMBEDDING_QUANTITIES: dict[str, Quantity] = {
         options=_SPOTS,
     ),
     "missing": of_whole(
-        "share of the free positions x headings that are not in the embedding, for any reason or one",
+        "positions x headings not in the embedding, for any reason or one, against those of the free floor",
         _of_reason,
         options={"reason": _REASON},
     ),

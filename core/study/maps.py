@@ -7,6 +7,7 @@ import numpy as np
 
 from ..expanse.set_file import write_whole
 from ..report.color_scale import CIVIDIS
+from ..report.floor_colors import RULED
 from ..report.png import png_bytes
 from .subject import Subject
 
@@ -17,10 +18,12 @@ BLOCKED, NOT_REACHED = (0.25, 0.25, 0.27), (0.86, 0.36, 0.30)
 _ROWS_AT_ONCE = 256
 
 
-def shaded(shares: np.ndarray, passed: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """(..., 3) float: the colour of each cell, for shares (...) of the way from the least to the most."""
+def shaded(shares: np.ndarray, passed: np.ndarray, free: np.ndarray, ruled: np.ndarray) -> np.ndarray:
+    """(..., 3) float: the colour of each cell, for shares (...) of the way from the least to the most; ``RULED`` where
+    floor can only be crossed."""
     colors = CIVIDIS.colors(np.where(passed, shares, 0.0))
     colors[~passed] = BLOCKED
+    colors[~passed & ruled] = RULED
     colors[~passed & free] = NOT_REACHED
     return colors
 
@@ -40,15 +43,15 @@ def write_maps(subject: Subject, origin: tuple[float, float], folder: Path) -> N
     most = np.log10(max(int(ways.max(initial=0)), 10))
     pictures = {"variability": np.log10(np.maximum(ways, 1)) / most, "coverage": headings / subject.n_headings}
     for name, shares in pictures.items():
-        write_whole(folder / f"{name}.png", png_bytes(_picture(shares, headings > 0, free)))
+        write_whole(folder / f"{name}.png", png_bytes(_picture(shares, headings > 0, free, subject.ruled)))
 
 
-def _picture(shares: np.ndarray, passed: np.ndarray, free: np.ndarray) -> np.ndarray:
+def _picture(shares: np.ndarray, passed: np.ndarray, free: np.ndarray, ruled: np.ndarray) -> np.ndarray:
     """(ny, nx, 3) uint8, the highest y first."""
     nx, ny = shares.shape
     pixels = np.empty((ny, nx, 3), dtype=np.uint8)
     for y in range(0, ny, _ROWS_AT_ONCE):
         part = np.s_[:, y : y + _ROWS_AT_ONCE]
-        colors = shaded(shares[part], passed[part], free[part])
+        colors = shaded(shares[part], passed[part], free[part], ruled[part])
         pixels[y : y + _ROWS_AT_ONCE] = np.round(255 * colors).astype(np.uint8).swapaxes(0, 1)
     return np.ascontiguousarray(pixels[::-1])

@@ -49,7 +49,7 @@ def measured(measure: Measure, subject: Subject) -> float:
 def checked_measure(entry: object) -> Measure:
     """A measure of a study file: a name, or a table with ``measure``, perhaps ``name``, and options.
 
-    Raises StudyError if there is no such measure or option.
+    Raises StudyError if there is no such measure or option, or if options would be ignored.
     """
     table = {"measure": entry} if isinstance(entry, str) else dict(entry) if isinstance(entry, dict) else {}
     wanted = table.pop("measure", None)
@@ -66,4 +66,12 @@ def checked_measure(entry: object) -> Measure:
             raise StudyError(f"The option '{option}' of the measure '{wanted}' cannot be {value!r}; it is {said}.")
     if quantity.one_of and sum(option in table for option in quantity.one_of) != 1:
         raise StudyError(f"The measure '{wanted}' needs one of its options {', '.join(quantity.one_of)}.")
+    rivals = [option for option in quantity.at_most_one if option in table]
+    if len(rivals) > 1:
+        raise StudyError(f"The measure '{wanted}' takes one of its options {', '.join(rivals)}; leave the others out.")
+    for option, other in quantity.details.items():
+        if option in table and other not in table:
+            raise StudyError(
+                f"The option '{option}' of the measure '{wanted}' says nothing without '{other}'; add that."
+            )
     return Measure(name, wanted, table)

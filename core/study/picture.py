@@ -11,6 +11,9 @@ from .subject import Subject
 #: Cells of a small map along its longer side, at most.
 LONGEST_SIDE = 120
 
+#: Levels of floor that is free, but that nothing passes, and of floor under a region's rule that can only be crossed.
+NOT_PASSED, ONLY_CROSSED = -1.0, -2.0
+
 
 @dataclass(frozen=True)
 class SmallMap:
@@ -19,8 +22,8 @@ class SmallMap:
     Attributes
     ----------
     levels : (nx, ny) float32 array
-        Base-10 logarithm of the variability, in the mean over what is passed; -1 where the floor is free but nothing
-        passes, not a number where something stands.
+        Base-10 logarithm of the variability, in the mean over what is passed; ``NOT_PASSED``, ``ONLY_CROSSED``; not a
+        number where something stands.
     cell_size : float
         Metres.
     """
@@ -43,7 +46,9 @@ def small_map(subject: Subject) -> SmallMap:
     passed = blocks((ways > 0).astype(np.int64))
     with np.errstate(divide="ignore", invalid="ignore"):
         levels = np.log10(blocks(ways) / passed)
-    levels = np.where(passed > 0, levels, np.where(blocks(free.astype(np.int64)) > 0, -1.0, np.nan))
+    levels[passed == 0] = np.nan
+    for cells, level in ((subject.ruled, ONLY_CROSSED), (free, NOT_PASSED)):
+        levels[(passed == 0) & (blocks(cells.astype(np.int64)) > 0)] = level
     return SmallMap(levels.astype(np.float32), subject.cell_size * step)
 
 

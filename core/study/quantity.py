@@ -63,6 +63,10 @@ class Quantity:
         What may be asked for besides.
     one_of : tuple of str
         Options of which exactly one must be given.
+    at_most_one : tuple of str
+        Options of which no two may be given.
+    details : mapping of str to str
+        Options that say nothing without another one, and that one.
     """
 
     meaning: str
@@ -71,6 +75,8 @@ class Quantity:
     of_embedding: Callable[[WholeGround, Options], float] | None = None
     options: Mapping[str, Option] = field(default_factory=dict)
     one_of: tuple[str, ...] = ()
+    at_most_one: tuple[str, ...] = ()
+    details: Mapping[str, str] = field(default_factory=dict)
 
 
 def of_whole(meaning: str, of_embedding: Callable[[WholeGround, Options], float], unit: str = "", **more) -> Quantity:

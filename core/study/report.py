@@ -9,10 +9,11 @@ from .. import wording
 from ..report.chart import Series, bar_chart, line_chart, map_chart
 from ..report.color_scale import CIVIDIS, SERIES
 from ..report.drawing import Anchor, Box, Drawing, Label, Mark, Picture
+from ..report.floor_colors import RULED
 from ..report.page import Block, Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from .maps import BLOCKED, NOT_REACHED, shaded
 from .measures import QUANTITIES, Measure
-from .picture import SmallMap
+from .picture import NOT_PASSED, ONLY_CROSSED, SmallMap
 from .plan import shown
 from .results import failures, results_table
 from .run import CaseOutcome, StudyOutcome
@@ -40,37 +41,39 @@ def _lead(outcome: StudyOutcome) -> str:
     fixed = {name: values[0] for name, values in plan.settings.items() if len(values) == 1}
     said = ", ".join(f"{name} {shown(name, value)}" for name, value in fixed.items())
     ready = n_cases - outcome.n_failed
-    sizes = f"{_counted(len(plan.scenes), 'scene')}, {_counted(len(plan.clip_sets), 'clip set')}"
-    return f"{_counted(n_cases, 'case')} ({sizes}), {ready} of them with results." + (f" With {said}." if said else "")
-
-
-def _counted(n: int, name: str) -> str:
-    return f"{n} {name}{'' if n == 1 else 's'}"
+    sizes = f"{wording.counted(len(plan.scenes), 'scene')}, {wording.counted(len(plan.clip_sets), 'clip set')}"
+    cases = f"{wording.counted(n_cases, 'case')} ({sizes}), {ready} of them with results."
+    return cases + (f" With {said}." if said else "")
 
 
 # ------------------------------------------------------------------------------------------------------ charts
 
 
 def _charts(outcome: StudyOutcome, done: Sequence[CaseOutcome]) -> list[Block]:
-    """For each measure a row of charts, one for each scene on the same scale, or one of bars."""
+    """For each measure a row of charts, one for each scene on the same scale, or one of bars.
+
+    Cases without an answer are left out, which is said: it is not 0.
+    """
     axis = _axis(outcome)
     blocks: list[Block] = []
     for measure in outcome.plan.measures:
-        known = [entry for entry in done if _number(entry, measure) is not None]
-        meaning = QUANTITIES[measure.quantity].meaning
+        known = [(entry, number) for entry in done if (number := _number(entry, measure)) is not None]
+        said = f"{measure.column}: {QUANTITIES[measure.quantity].meaning}."
+        if len(known) < len(done):
+            said += f" Without an answer, and left out: {wording.counted(len(done) - len(known), 'case')}."
         if not known:
             blocks.append(Paragraph(f"{measure.column}: no case has an answer."))
-        elif axis is None or all(axis not in entry.case.values for entry in known):
-            blocks.append(Figure(_bars(outcome, measure, known), f"{measure.column}: {meaning}."))
+        elif axis is None or all(axis not in entry.case.values for entry, _ in known):
+            blocks.append(Figure(_bars(outcome, measure, known), said))
         else:
             figures = []
-            values = [float(_number(entry, measure) or 0) for entry in known]
-            for scene, of_scene in groupby(known, key=lambda entry: entry.case.scene):
+            values = [number for _, number in known]
+            for scene, of_scene in groupby(known, key=lambda place: place[0].case.scene):
                 drawing = _lines(outcome, measure, axis, scene, list(of_scene), (min(values), max(values)))
                 if drawing is not None:
                     figures.append(Figure(drawing))
             if figures:
-                blocks.append(Paragraph(f"{measure.column}: {meaning}."))
+                blocks.append(Paragraph(said))
                 blocks.append(FigureRow(tuple(figures)))
     return blocks
 
@@ -93,16 +96,16 @@ def _lines(
     measure: Measure,
     axis: str,
     scene: str,
-    entries: Sequence[CaseOutcome],
+    known: Sequence[tuple[CaseOutcome, float]],
     span: tuple[float, float],
 ) -> Drawing | None:
     """A measure over a setting in one scene, on the scale of all scenes: a curve for each combination of all else."""
     curves: dict[str, list[tuple[float, float]]] = {}
     others = [name for name in outcome.plan.varied if name != axis]
-    for entry in entries:
+    for entry, number in known:
         if axis in entry.case.values:
             said = [f"{name} {shown(name, entry.case.values[name])}" for name in others if name in entry.case.values]
-            place = float(entry.case.values[axis]), float(_number(entry, measure) or 0)
+            place = float(entry.case.values[axis]), number
             curves.setdefault(", ".join([entry.case.clips, *said]), []).append(place)
     if not curves:
         return None
@@ -114,17 +117,18 @@ def _lines(
     return line_chart(title, axis, measure.column, series, _CHART_WIDTH, span=span)
 
 
-def _bars(outcome: StudyOutcome, measure: Measure, entries: Sequence[CaseOutcome]) -> Drawing:
-    names = [entry.case.label(outcome.plan.varied) for entry in entries]
-    values = [float(_number(entry, measure) or 0) for entry in entries]
+def _bars(outcome: StudyOutcome, measure: Measure, known: Sequence[tuple[CaseOutcome, float]]) -> Drawing:
+    names = [entry.case.label(outcome.plan.varied) for entry, _ in known]
+    values = [number for _, number in known]
     if min(values) < 0:
         x = np.arange(1, len(values) + 1)
         return line_chart(measure.name, "case", measure.column, [Series(measure.name, x, np.array(values))])
     return bar_chart(measure.name, QUANTITIES[measure.quantity].unit, names, values, _CHART_WIDTH)
 
 
-def _number(entry: CaseOutcome, measure: Measure) -> int | float | None:
-    return None if entry.result is None else entry.result.numbers.get(measure.name)
+def _number(entry: CaseOutcome, measure: Measure) -> float | None:
+    number = None if entry.result is None else entry.result.numbers.get(measure.name)
+    return None if number is None else float(number)
 
 
 # -------------------------------------------------------------------------------------------------------- maps
@@ -160,7 +164,7 @@ def _highest(picture: SmallMap) -> float:
 
 def _colors(picture: SmallMap, highest: float) -> np.ndarray:
     levels = picture.levels.astype(float)
-    return shaded(levels / highest, levels >= 0, ~np.isnan(levels))
+    return shaded(levels / highest, levels >= 0, levels == NOT_PASSED, levels == ONLY_CROSSED)
 
 
 def _map(picture: SmallMap, highest: float) -> Drawing:
@@ -176,7 +180,11 @@ def _legend(highest: float) -> Drawing:
         x = left + width * power / highest
         marks.append(Label(x, 42, wording.short(10.0**power), 11, anchor=Anchor.MIDDLE))
     x = left + width + 30
-    for color, text in ((NOT_REACHED, "Not reached"), (BLOCKED, "Blocked")):
+    for color, text, wide in (
+        (NOT_REACHED, "Not reached", 120),
+        (BLOCKED, "Blocked", 100),
+        (RULED, "Only crossed, under a rule", 200),
+    ):
         marks += [Box(x, 12, 14, 14, color), Label(x + 20, 23, text, 12)]
-        x += 120
+        x += wide
     return Drawing(x, 52, tuple(marks))

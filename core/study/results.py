@@ -1,6 +1,7 @@
 """The results of a study as one table."""
 
 from ..report.table import Table, table
+from ..wording import counted
 from .plan import Case, shown
 from .run import StudyOutcome
 
@@ -43,4 +44,4 @@ def failures(outcome: StudyOutcome) -> list[str]:
 def _some(cases: list[str]) -> str:
     """The first of some cases, and how many more there are."""
     rest = len(cases) - 1
-    return cases[0] + (f" and {rest} more case{'' if rest == 1 else 's'}" if rest else "")
+    return cases[0] + (f" and {counted(rest, 'more case')}" if rest else "")

@@ -14,6 +14,7 @@ from ..errors import MotionGraphError, StorageError, StudyError
 from ..expanse.embedding import embed_expanse_steps
 from ..expanse.work import Serial
 from ..progress import Progress, finish
+from ..wording import counted
 from . import tasks
 from .case import CaseResult, result_from_json
 from .plan import Case, StudyPlan
@@ -24,6 +25,9 @@ from .version import core_version
 _WAIT = 0.2
 """Seconds between two reports of progress while no task ends."""
 
+_LABEL = 60
+"""Characters of a case's label in the name of its maps' folder, which must not exceed 255 bytes."""
+
 _GONE = (
     "The workers are gone ({}). What is finished is kept: see that the scheduler and its workers run, and start the "
     "same study again."
@@ -32,11 +36,21 @@ _GONE = (
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """A case and what came of it: a result, or the reason why there is none."""
+    """A case and what came of it: a result, or the reason why there is none.
+
+    Attributes
+    ----------
+    case : Case
+    result : CaseResult, optional
+    problem : str
+    maps : str
+        Where the maps of a ground in parcels are written, from the study's folder.
+    """
 
     case: Case
     result: CaseResult | None
     problem: str = ""
+    maps: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,10 +158,12 @@ class _Study:
                 waiting.setdefault(self._graph_key(case), []).append(case)
             n_outdated += id(case) in self.is_open and _known(self._result_file(case), any_version=True) is not None
         if n_known:
-            self.message = f"{n_known} of {len(self.cases)} cases were finished before"
+            self.message = f"{n_known} of {counted(len(self.cases), 'case')} had been finished before"
             yield self._progress()
         if n_outdated:
-            self.message = f"{n_outdated} cases were finished by another version of Wayfarer, and are run again"
+            self.message = (
+                f"{counted(n_outdated, 'case')} that another version of Wayfarer had finished will be run again"
+            )
             yield self._progress()
         jobs = []
         graph_of = {self._graph_key(case): case for case in self.cases}
@@ -166,7 +182,7 @@ class _Study:
                     problem = (
                         "A worker has another version of Wayfarer; give all machines the same one, and start again."
                     )
-            outcomes.append(CaseOutcome(case, result, problem))
+            outcomes.append(CaseOutcome(case, result, problem, self._maps(case)))
         return StudyOutcome(self.plan, tuple(outcomes), n_known, n_outdated)
 
     # ------------------------------------------------------------------------------------------------- keys
@@ -192,6 +208,11 @@ class _Study:
 
     def _large_folder(self, case: Case) -> Path:
         return self.folder / "large" / _digest([self.key[id(case)], core_version()])
+
+    def _maps(self, case: Case) -> str:
+        """The folder of a ground's maps, from that of the study: its label for people, its key to tell it from all
+        others - also from the same case as it was with other settings that do not vary."""
+        return f"maps/{case.label(self.plan.varied)[:_LABEL]} {self.key[id(case)][:12]}"
 
     # ------------------------------------------------------------------------------------------------- jobs
 
@@ -304,7 +325,7 @@ class _Study:
             summary,
             self.plan.measures,
             time.perf_counter() - start,
-            str(self.folder / "maps" / case.label(self.plan.varied)),
+            str(self.folder / self._maps(case)),
             str(self._result_file(case)),
         )
         measured = _Job(tasks.measure_expanse, arguments, lambda problem: self._settle(case, problem))

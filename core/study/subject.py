@@ -47,6 +47,12 @@ class Subject(ABC):
     def free(self) -> np.ndarray:
         """(nx, ny) bool: the free floor (:func:`..evaluation.floor.floor_cells`)."""
 
+    @cached_property
+    @abstractmethod
+    def ruled(self) -> np.ndarray:
+        """(nx, ny) bool: where nothing stands, but a region's rule takes the cell from the free floor: it can only be
+        crossed."""
+
     @property
     @abstractmethod
     def n_headings(self) -> int: ...
@@ -64,11 +70,11 @@ class WholeGround(Subject):
         self.embedding = embedding
         self.graph = embedding.graph
         self.cell_size = embedding.environment.grid.cell_size
-        self._kept: dict[str, Any] = {}
+        self._kept: dict[tuple[Callable, str], Any] = {}
 
     def once(self, evaluate: Callable[[Embedding, Mapping[str, Any]], Found], options: Mapping[str, Any]) -> Found:
         """What an evaluation says of the embedding; several measures may be read off the same one."""
-        key = f"{evaluate.__name__} {sorted(options.items())}"
+        key = evaluate, str(sorted(options.items()))
         if key not in self._kept:
             self._kept[key] = evaluate(self.embedding, options)
         return self._kept[key]
@@ -93,6 +99,10 @@ class WholeGround(Subject):
     def free(self) -> np.ndarray:
         return floor_cells(self.embedding)
 
+    @cached_property
+    def ruled(self) -> np.ndarray:
+        return self.embedding.environment.free_cells() & ~self.free
+
     @property
     def n_headings(self) -> int:
         return self.embedding.shape[2]
@@ -103,6 +113,7 @@ class ParcelledGround(Subject):
 
     def __init__(self, problem: Problem, summary: ExpanseSummary):
         self.graph = problem.graph
+        self._environment = problem.environment
         self.cell_size = problem.plan.grid.cell_size
         self._shape = problem.plan.grid.shape
         self._folder = problem.folder / MAPS
@@ -127,6 +138,10 @@ class ParcelledGround(Subject):
     @cached_property
     def free(self) -> np.ndarray:
         return self._assembled("free", bool)
+
+    @cached_property
+    def ruled(self) -> np.ndarray:
+        return self._environment.free_cells() & ~self.free
 
     @property
     def n_headings(self) -> int:

@@ -130,11 +130,12 @@ _GOAL = {
     "heading": ANGLE,
     "tolerance": AMOUNT,
 }
+_GOAL_DETAILS = {"radius": "position", "tolerance": "heading"}
 _PAIRS = {"pairs": COUNT, "goals": COUNT, "seed": NATURAL}
 
 
 def _times_quantity(meaning: str, of_embedding: Callable[[WholeGround, Options], float]) -> Quantity:
-    return of_whole(meaning, of_embedding, "s", options=_GOAL, one_of=_PLACES)
+    return of_whole(meaning, of_embedding, "s", options=_GOAL, one_of=_PLACES, details=_GOAL_DETAILS)
 
 
 WAY_QUANTITIES: dict[str, Quantity] = {
@@ -143,22 +144,26 @@ WAY_QUANTITIES: dict[str, Quantity] = {
         _of_prompt(lambda action: action.mean, np.mean),
         "s",
         options=_ACTION,
+        at_most_one=tuple(_ACTION),
     ),
     "worst_maneuverability": of_whole(
         "time until an action can begin, longest",
         _of_prompt(lambda action: action.worst, max),
         "s",
         options=_ACTION,
+        at_most_one=tuple(_ACTION),
     ),
     "at_once": of_whole(
-        "share of the time in which an action can begin at once, mean over the actions",
+        "share of the nodes from which an action can begin at once, mean over the actions",
         _of_prompt(lambda action: action.at_once, np.mean),
         options=_ACTION,
+        at_most_one=tuple(_ACTION),
     ),
     "promptly": of_whole(
-        "share of the time in which it can begin within a second",
+        "share of the nodes from which it can begin within a second",
         _of_prompt(lambda action: action.promptly, np.mean),
         options=_ACTION,
+        at_most_one=tuple(_ACTION),
     ),
     "time_to_reach": _times_quantity("time to a goal, mean over all nodes", _mean_time(_times_to)),
     "worst_time_to_reach": _times_quantity("time to a goal, longest", _worst_time(_times_to)),
@@ -170,6 +175,7 @@ WAY_QUANTITIES: dict[str, Quantity] = {
         "m2",
         options={**_GOAL, "time": AMOUNT},
         one_of=_PLACES,
+        details=_GOAL_DETAILS,
     ),
     "path_efficiency": of_whole(
         "shortest ways against the quickest ones, mean", _of_efficiency(lambda found: found.mean), options=_PAIRS
@@ -187,7 +193,7 @@ WAY_QUANTITIES: dict[str, Quantity] = {
         _of_efficiency(lambda found: float(found.efficiency.min())),
         options=_PAIRS,
     ),
-    "speed": of_whole("mean speed of the segments that travel", lambda g, _: mean_speed(g.graph), "m/s"),
+    "speed": of_whole("mean speed over all segments, one after the other", lambda g, _: mean_speed(g.graph), "m/s"),
     "detour": of_whole("delay of ways to places nearby, mean", _mean_detour, "s", options={"spacing": LENGTH}),
     "worst_detour": of_whole(
         "delay of ways to places nearby, longest", _worst_detour, "s", options={"spacing": LENGTH}

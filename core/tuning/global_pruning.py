@@ -81,7 +81,7 @@ def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progr
         raise TuningError(
             f"The motion graph cannot be pruned to {n_segments} segments; it has {len(segments)}: keep 1 to that many."
         )
-    n_drops = len(segments) - int(n_segments)
+    whole, n_drops = embedding, len(segments) - int(n_segments)
     dropped: list[DroppedSegment] = []
     left = list(range(len(segments)))
     for drop in range(n_drops):
@@ -97,7 +97,7 @@ def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progr
                 int(sums[worst]),
                 embedding.n_nodes,
                 embedding.n_links,
-                coverage_share(embedding),
+                coverage_share(embedding, whole),
             )
         )
     return GlobalPruning(embedding, tuple(dropped))

@@ -57,6 +57,8 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
     ranks = yield from portion(ranks_steps(embedding), 0.0, 0.1)
     rows: list[tuple[int, int, float, float]] = []
     pruned: Embedding | None = None
+    # Of the whole embedding: what pruning takes away stays part of the floor.
+    n_free = max(np.count_nonzero(floor_cells(embedding)), 1)
     while embedding.n_nodes and pruned is not embedding:
         k = len(rows) + 1
         start = 0.1 + 0.9 * len(rows) / embedding.shape[3]
@@ -66,7 +68,7 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
         else:
             steps = _largest_steps(embedding, nodes, pruned)
             pruned = yield from portion(steps, start, start + 0.9 / embedding.shape[3])
-        covered, n_free = coverage(pruned), max(np.count_nonzero(floor_cells(pruned)), 1)
+        covered = coverage(pruned)
         floor = np.count_nonzero(covered.any(axis=2)) / n_free
         share = np.count_nonzero(covered) / (n_free * embedding.shape[2])
         rows.append((pruned.n_nodes, pruned.n_links, floor, share))

@@ -51,7 +51,7 @@ def test_metrics_are_the_cores(settings):
     assert numbers["environment coverage by position and heading"] == ground.task_share
     assert numbers["floor covered in every heading"] == ground.full_area
     assert numbers["action coverage, mean over clips"] == actions.shares.mean()
-    assert numbers["turn balance, from -1 (right) to 1 (left)"] == turns.total
+    assert numbers["turn balance (-1: right, 1: left)"] == turns.total
     assert numbers["links that turn left"] == turns.n_left
     assert (numbers["path efficiency, mean"], numbers["path efficiency, pairs of places"]) == (ways.mean, 30)
     assert numbers["local maneuverability, mean over clips"] == np.mean([wait.mean for wait in waits])

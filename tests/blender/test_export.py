@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import command, state
+from bl_ext.user_default.wayfarer.addon.bridge.export_gltf import export_clips
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PROPERTY
 from bl_ext.user_default.wayfarer.core.tuning.budget import table_bytes
 
@@ -50,7 +51,7 @@ def scene_state():
         [obj.name for obj in layer.objects if obj.hide_get()],
         animation and (animation.action and animation.action.name, [track.name for track in animation.nla_tracks]),
         sorted(bpy.data.objects.keys()),
-        bpy.context.scene.frame_current,
+        bpy.context.scene.frame_current_final,
     )
 
 
@@ -64,7 +65,7 @@ def test_a_folder_for_engines(sample_settings, tmp_path):
     embedding = embedded()
     character = sample_settings.character
     character.hide_set(True)
-    bpy.context.scene.frame_set(7)
+    bpy.context.scene.frame_set(7, subframe=0.25)
     before = scene_state()
     assert bpy.ops.wayfarer.export_engine(directory=str(tmp_path)) == {"FINISHED"}
     assert scene_state() == before
@@ -154,6 +155,32 @@ def test_what_else_the_character_plays_is_not_exported(sample_settings, tmp_path
     assert skinned == meshes and len(content["skins"]) == 1
 
 
+def test_bones_keep_their_names(tmp_path):
+    """Whatever the character and its meshes are called: also as a copy of them would be."""
+    armature = bpy.data.armatures.new("Bone")
+    character = bpy.data.objects.new("Bone", armature)
+    mesh = bpy.data.meshes.new("Body")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    body = bpy.data.objects.new("Body", mesh)
+    for obj in (character, body):
+        bpy.context.scene.collection.objects.link(obj)
+    body.parent = character
+    body.shape_key_add(name="Basis")
+    body.shape_key_add(name="Smile").keyframe_insert("value", frame=1)
+    bpy.context.view_layer.objects.active = character
+    bpy.ops.object.mode_set(mode="EDIT")
+    for name in ("Bone", "Bone.001", "Body.001"):
+        bone = armature.edit_bones.new(name)
+        bone.tail = (0, 0, 1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    for frame in (1, 20):
+        character.pose.bones["Bone"].keyframe_insert("location", frame=frame)
+    export_clips(character, [("Wave", character.animation_data.action)], tmp_path / "clips.glb")
+    content = glb_content(tmp_path / "clips.glb")
+    assert sorted(node["name"] for node in content["nodes"]) == ["Body", "Body.001", "Bone", "Bone", "Bone.001"]
+    assert [mesh["name"] for mesh in content["meshes"]] == ["Body"]
+
+
 def test_the_root_moves_as_the_embedding_says(sample_settings, tmp_path):
     """A segment's path is that of the root bone in clips.glb, between its times."""
     embedding = embedded()
@@ -223,6 +250,25 @@ def test_only_what_was_exported_before_is_replaced(sample_settings, tmp_path):
         assert (tmp_path / name).read_text().endswith("a note of mine")
         (tmp_path / name).unlink()
         assert export() == {"FINISHED"}
+
+
+def test_what_is_not_wanted_any_more_is_removed(sample_settings, tmp_path):
+    """But only if Wayfarer wrote it, and nobody changed it."""
+    for clip in sample_settings.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    embedded()
+    optional = [tmp_path / "embedding.table", tmp_path / "clips.glb"]
+
+    def export(wanted: bool):
+        return bpy.ops.wayfarer.export_engine(directory=str(tmp_path), use_clips=wanted, use_table=wanted)
+
+    assert export(True) == {"FINISHED"} and all(path.exists() for path in optional)
+    assert export(False) == {"FINISHED"} and not any(path.exists() for path in optional)
+    assert json.loads((tmp_path / "embedding.json").read_text())["table"] is None
+    assert export(True) == {"FINISHED"}
+    for path in optional:
+        path.write_text("mine")
+    assert export(False) == {"FINISHED"} and all(path.read_text() == "mine" for path in optional)
 
 
 def test_the_command_line_exports(sample_settings, tmp_path, capfd):

@@ -294,6 +294,28 @@ def test_a_script_is_told_from_blender(settings):
     assert callers and callers[0].f_code.co_name == "move"
 
 
+def test_a_walk_that_plays_moves_nothing_but_an_obstacle_does(settings):
+    """Every frame of playback is looked at, but only what moves the environment is work."""
+    assert operators.random_walk() == {"FINISHED"}
+    scene, moved = bpy.context.scene, []
+
+    def handler(scene, depsgraph):
+        assert len(depsgraph.updates) > 0
+        moved.append(scene_changes._has_moved(scene, depsgraph))
+
+    bpy.app.handlers.frame_change_post.append(handler)
+    for frame in (2, 3, 30):
+        scene.frame_set(frame)
+    assert moved == [False] * 3
+    table = bpy.data.objects["Table"]
+    for frame in (30, 40):
+        table.location.x += 0.5
+        table.keyframe_insert("location", frame=frame)
+    scene.frame_set(35)
+    bpy.app.handlers.frame_change_post.remove(handler)
+    assert moved == [False] * 3 + [True]
+
+
 # ------------------------------------------------------------------------------------------ disturbances
 
 

@@ -49,6 +49,33 @@ def restrict(rig):
     assert actions_fingerprint(bpy.context.scene) != before
 
 
+def drive(rig):
+    """By what a driver reads and how, and by its curve."""
+    rig["switch"] = 0.25
+    driver = rig.pose.bones["Spine"].constraints.new("LIMIT_SCALE").driver_add("influence")
+    variable = driver.driver.variables.new()
+    (target,) = variable.targets
+    target.id, target.data_path, driver.driver.expression = rig, '["switch"]', variable.name
+    known = {now()}
+
+    def swap_type():
+        variable.type = "TRANSFORMS"
+
+    changes = {
+        "switch": lambda: rig.__setitem__("switch", 0.75),
+        "kind": swap_type,
+        "transform": lambda: setattr(target, "transform_type", "ROT_Z"),
+        "space": lambda: setattr(target, "transform_space", "LOCAL_SPACE"),
+        "order": lambda: setattr(target, "rotation_mode", "SWING_TWIST_Y"),
+        "key": lambda: setattr(driver.keyframe_points[1].co, "y", 2.0),
+        "modifier": lambda: driver.modifiers.new("STEPPED"),
+    }
+    for name, change in changes.items():
+        change()
+        assert now() not in known, name
+        known.add(now())
+
+
 OF_ACTION = {
     "a key": lambda action: setattr(curve(action).keyframe_points[2].co, "y", 1.5),
     "steps": lambda action: interpolate(action, "CONSTANT"),
@@ -66,6 +93,7 @@ OF_RIG = {
     "a tilt": lambda rig: setattr(rig.rotation_euler, "x", math.pi / 2),
     "size": lambda rig: setattr(rig, "scale", (2, 2, 2)),
     "a constraint": restrict,
+    "a driver": drive,
     "inheritance": lambda rig: setattr(rig.data.bones["Spine"], "use_inherit_rotation", False),
     "rotation mode": lambda rig: setattr(rig.pose.bones["Spine"], "rotation_mode", "XZY"),
     "forward": lambda rig: rig.__setitem__("wayfarer_forward", [0.0, 1.0, 0.0]),
@@ -108,6 +136,33 @@ def test_nothing_else_is(opened):
     for name, change in NOTHING.items():
         change(opened.character, opened.used_actions()[0])
         assert now() == before, name
+
+
+def test_what_moves_with_the_frame_is_told_by_its_curves(opened):
+    """Rigs switch between their chains by keys of influences, or by properties that drive them."""
+    scene, rig, action = bpy.context.scene, opened.character, opened.used_actions()[0]
+    rig.animation_data.action = action
+    spine = rig.pose.bones["Spine"]
+    keyed, driven, armature = (spine.constraints.new(kind) for kind in ("LIMIT_SCALE", "LIMIT_ROTATION", "ARMATURE"))
+    weighted = armature.targets.new()
+    spine["switch"] = 0.0
+    driver = driven.driver_add("influence").driver
+    variable = driver.variables.new()
+    variable.targets[0].id, variable.targets[0].data_path = rig, 'pose.bones["Spine"]["switch"]'
+    driver.expression = variable.name
+    for frame, value in ((1, 0.0), (20, 1.0)):
+        spine["switch"] = keyed.influence = weighted.weight = value
+        spine.keyframe_insert('["switch"]', frame=frame)
+        keyed.keyframe_insert("influence", frame=frame)
+        rig.keyframe_insert(weighted.path_from_id("weight"), frame=frame)
+    scene.frame_set(1)
+    before, shown = now(), (keyed.influence, driven.influence, weighted.weight)
+    scene.frame_set(20)
+    assert (keyed.influence, driven.influence, weighted.weight) != shown
+    assert now() == before
+    curves = action.layers[0].strips[0].channelbag(action.slots[0]).fcurves
+    curves.find(keyed.path_from_id("influence")).keyframe_points[1].co.y = 0.5
+    assert now() != before
 
 
 def test_known_fingerprints_are_not_taken_again(opened):

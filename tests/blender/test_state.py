@@ -10,10 +10,13 @@ from bl_ext.user_default.wayfarer.addon import advice, state
 from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_files_steps
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.clip_actions import action_seconds, character_actions, character_problem
+from bl_ext.user_default.wayfarer.addon.inputs import read_character_steps
 from bl_ext.user_default.wayfarer.addon.jobs import clock
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.text import counted
 from bl_ext.user_default.wayfarer.addon.ui import lists
+from bl_ext.user_default.wayfarer.core.errors import ClipError
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 operators = bpy.ops.wayfarer
 
@@ -143,6 +146,33 @@ def test_a_linked_character_says_what_to_do(settings, sample_file, tmp_path):
     assert results().embedding.n_nodes > 0
 
 
+def animate_shape(obj):
+    """Key the shape of an object: as it is at frame 1, twice as wide at frame 20."""
+    obj.shape_key_add(name="Basis")
+    wide = obj.shape_key_add(name="Wide")
+    for point in wide.data:
+        point.co.x *= 2
+    for frame, value in ((1, 0.0), (20, 1.0)):
+        wide.value = value
+        wide.keyframe_insert("value", frame=frame)
+
+
+def test_an_obstacle_that_changes_its_shape_with_the_frame_is_stale(settings):
+    scene, table = bpy.context.scene, bpy.data.objects["Table"]
+    table.data = table.data.copy()
+    animate_shape(table)
+    scene.frame_set(1)
+    build("build_motion_graph", "embed")
+    assert stale() == FRESH
+    for frame in (20, 1, 20):
+        scene.frame_set(frame)
+        assert state.embedding_is_stale(scene) == (frame == 20)
+    build("embed")
+    assert stale() == FRESH
+    scene.frame_set(1)
+    assert state.embedding_changes(scene) == ("Ground, obstacles or regions have moved or changed",)
+
+
 # ------------------------------------------------------------------------------------------------- actions
 
 
@@ -203,6 +233,18 @@ def test_actions_of_another_file(settings, sample_file, tmp_path):
     build("build_motion_graph")
 
 
+@pytest.mark.parametrize("whose", ["action", "character"])
+def test_what_is_deleted_while_clips_are_read_is_missed(settings, whose):
+    """In another window, where nobody waits for the end of the work."""
+    steps, second = read_character_steps(bpy.context.scene), settings.used_actions()[1]
+    next(steps)
+    next(steps)
+    name = second.name
+    bpy.data.batch_remove([second if whose == "action" else settings.character])
+    with pytest.raises(ClipError, match=f"'{name}' or its character was deleted"):
+        finish(steps)
+
+
 def test_clips_are_measured_sorted_and_filtered(settings):
     scene = bpy.context.scene
     build("examine_clips")
@@ -239,6 +281,14 @@ def test_clips_are_measured_sorted_and_filtered(settings):
     assert listed() == settings.used_actions()
     settings.clip_filter = "TAGGED"
     assert listed() and all(action.name.startswith("step_over") for action in listed())
+    # So has whatever a character of another size plays; its old size is known.
+    measured = state.motion_of(scene, left), state.health_of(scene, left)
+    assert None not in measured
+    for size in (2, 1):
+        settings.character.scale = (size,) * 3
+        bpy.context.view_layer.update()
+        now = state.motion_of(scene, left), state.health_of(scene, left)
+        assert now == (measured if size == 1 else (None, None))
     # A changed action has to be measured anew.
     left.use_frame_range, left.frame_start, left.frame_end = True, 1, 12
     assert state.motion_of(scene, left) is None and action_seconds(scene, left) == pytest.approx(11 / 30)
@@ -431,7 +481,7 @@ def test_settings_are_kept_as_presets(group, name, value):
     setattr(settings, name, default)
     panel = getattr(bpy.types, f"WAYFARER_PT_{group}_presets")
     folder = Path(bpy.utils.user_resource("SCRIPTS", path=f"presets/{panel.preset_subdir}"))
-    (path,) = folder.glob("*.py")
+    path = folder / "Test_Preset.py"
     try:
         assert bpy.ops.script.execute_preset(filepath=str(path), menu_idname=panel.__name__) == {"FINISHED"}
         assert getattr(settings, name) == value

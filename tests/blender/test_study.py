@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import command, state
+from bl_ext.user_default.wayfarer.addon.large_ground import evaluate_in_parcels
 from bl_ext.user_default.wayfarer.addon.study import read_sources
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.embedding.settings import EmbeddingSettings
-from bl_ext.user_default.wayfarer.core.errors import EmbeddingError
+from bl_ext.user_default.wayfarer.core.errors import EmbeddingError, StudyError
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share
 from bl_ext.user_default.wayfarer.core.study.clip_set import load_clip_set
 from bl_ext.user_default.wayfarer.core.study.geometry import SceneGeometry, environment_of, load_scene
+from bl_ext.user_default.wayfarer.core.study.lock import only_one
 from bl_ext.user_default.wayfarer.core.study.plan import read_plan
 from bl_ext.user_default.wayfarer.core.study.sources import CLIPS, SCENES, read_file
 
@@ -208,20 +210,44 @@ def test_a_ground_in_parcels_is_what_one_process_finds(saved, capfd):
 
 
 def test_mistakes_with_parcels_are_said(saved, capfd, tmp_path):
+    # In Unicode beyond its first 65,536 characters, too.
+    bpy.context.scene.name = "\U0001d4d0 \U00020bb7"
     for words, sentence in [
         (["--parcels", "2.5"], "say --out FOLDER"),
         (["--parcels", "2.5", "--out", str(tmp_path / "a.blend")], "is no folder"),
         (["--workers", "2"], "say --parcels METRES"),
         (["--parcels", "2.5", "--workers", "0", "--out", str(tmp_path / "p")], "0 workers"),
         (["--parcels", "2.5", "--out", str(saved.parent)], "holds something else"),
-        (["--parcels", "0.3", "--out", str(tmp_path / "small")], "longest step"),
+        (["--parcels", "0.3", "--out", str(tmp_path / "small"), "--quiet"], "longest step"),
     ]:
         assert command.run(["evaluate", *words]) == 1
-        assert sentence in capfd.readouterr().err, words
+        # Its last line, not only that of a program that it started.
+        told = capfd.readouterr().err.splitlines()[-1]
+        assert told.startswith("wayfarer: ") and sentence in told, words
+    assert not list(saved.parent.glob(".*lock"))
+    graph = state.results(bpy.context.scene).graph
+    with pytest.raises(StudyError, match="longest step"):
+        evaluate_in_parcels(
+            bpy.context.scene, graph, 0.3, tmp_path / "small", "--scheduler", "processes", "--workers", "1"
+        )
     with pytest.raises(EmbeddingError, match=r"evaluate --parcels METRES --out FOLDER"):
         embed(
             state.results(bpy.context.scene).graph, environment_of(small_scene(), {}), EmbeddingSettings(memory_limit=1)
         )
+
+
+def test_a_second_evaluation_in_parcels_changes_nothing_under_the_first(saved, tmp_path):
+    assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
+    scene, graph = bpy.context.scene, state.results(bpy.context.scene).graph
+    # Another one's Blender, before and after its program works, and that program without it.
+    for lock in (".evaluate.lock", ".lock"):
+        folder = tmp_path / lock.strip(".")
+        folder.mkdir()
+        (folder / "parcels.toml").write_text("the first's")
+        with only_one(folder, lock), pytest.raises(StudyError, match="Another study works in"):
+            evaluate_in_parcels(scene, graph, 4.0, folder)
+        assert (folder / "parcels.toml").read_text() == "the first's"
+        assert not list(folder.glob("*.npz"))
 
 
 def small_scene() -> SceneGeometry:

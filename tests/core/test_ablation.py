@@ -13,7 +13,7 @@ from core.embedding.embedding import EmbeddingSettings, embed, restrict
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
-from core.errors import EmbeddingError
+from core.errors import EmbeddingError, EvaluationError
 from core.evaluation.ablation import (
     Kind,
     Verdict,
@@ -211,3 +211,9 @@ def test_progress_rises_and_a_wrong_share_is_refused():
     assert fractions == sorted(fractions) and all(0 <= f <= 1 for f in fractions)
     with pytest.raises(EmbeddingError, match="between 0 and 1"):
         deletable_together(embedding, 1.5)
+
+
+def test_a_goal_of_another_network_is_refused():
+    embedding = embed(*random_problem(3, False))
+    with pytest.raises(EvaluationError, match="the door cannot be compared"):
+        extent(embedding, mean_time_to([0] * (len(embedding.nodes) + 1), "the door"))

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,9 @@ from core.environment.grid import Grid
 from core.errors import ExportError
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.reach import time_to_reach
+from core.export import table
 from core.export.engine_format import engine_arrays, engine_files, engine_header
+from core.export.table import engine_table
 from core.motion.graph import build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from core.playback.walk import Walk
@@ -144,9 +147,46 @@ def test_tables_that_are_too_large_are_refused():
     assert header["table"] is None
     counted = replace(embedding)
     counted.__dict__.update(n_links=2**31)
-    with pytest.raises(ExportError, match=r"would take 8\.6 GB; prune the embedding, or leave the table out"):
+    with pytest.raises(
+        ExportError, match=r"would take 8\.6 GB; prune the embedding, or leave the table out.*--no-table"
+    ):
         engine_files(counted)
     assert engine_files(counted, with_table=False)
+    # To the byte: the table, and eight beside it for each node.
+    needed = table_bytes(embedding.n_nodes, embedding.n_links) + 8 * embedding.n_nodes
+    enough = replace(embedding, settings=replace(embedding.settings, memory_limit=needed))
+    assert engine_table(enough) == engine_table(embedding)
+    with pytest.raises(ExportError, match="leave the table out"):
+        engine_table(replace(embedding, settings=replace(embedding.settings, memory_limit=needed - 1)))
+
+
+def test_tables_take_little_more_memory_than_they_are_large(monkeypatch):
+    monkeypatch.setattr(table, "_NODES_AT_ONCE", 200)
+    clips = [clip for clip in sample_repertoire() if clip.name.startswith(("walk", "turn_left_90", "turn_right_90"))]
+    embedding = embed(build_motion_graph(clips), build_environment(Grid((40, 40, 12), 0.25), np.empty((0, 3, 3))))
+    size = table_bytes(embedding.n_nodes, embedding.n_links)
+    assert size > 1_000_000
+    tracemalloc.start()
+    try:
+        raw = engine_table(embedding)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(raw) == size and peak < 2 * size
+    # However many are looked up together.
+    monkeypatch.setattr(table, "_NODES_AT_ONCE", 10**9)
+    assert engine_table(embedding) == raw
+
+
+def test_the_reader_says_that_there_is_no_table(tmp_path):
+    embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
+    for name, raw in engine_files(embedding, with_table=False).items():
+        (tmp_path / name).write_bytes(raw)
+    look = f"import sys; sys.path[:0] = [{str(READER)!r}]; import wayfarer_reader as w; w.read_table({str(tmp_path)!r})"
+    result = read_alone(tmp_path, "-c", look)
+    assert result.stderr.strip().endswith(
+        f"ValueError: '{tmp_path}' holds no table: it was left out; export again with it"
+    )
 
 
 def test_tags_are_told_by_frames():

@@ -14,6 +14,7 @@ from core.embedding.footprint import FootprintSettings
 from core.embedding.network import StepNetwork
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import Grid
+from core.environment.regions import RegionMask, RegionRule
 from core.errors import TuningError
 from core.evaluation.extent import Measure
 from core.evaluation.variability import coverage, coverage_share, integrated_variability, segment_variability
@@ -163,7 +164,7 @@ def test_curve_equals_pruning_for_every_k(seed, tiled, bundled):
         assert (curve.n_nodes[row], curve.n_links[row]) == (pruned.n_nodes, pruned.n_links)
         assert curve.floor_coverage[row] == pytest.approx(coverage_share(pruned))
         covered = coverage(pruned)
-        free = slow_floor(embedding.graph, embedding.environment, covered.any(axis=2))
+        free = slow_floor(embedding.graph, embedding.environment, embedding.covered().any(axis=2))
         share = covered.sum() / max(free.sum() * embedding.shape[2], 1)
         assert curve.coverage[row] == pytest.approx(share)
     if len(curve.k):
@@ -467,3 +468,21 @@ def test_bad_budgets(bad, message):
 def test_table_bytes():
     assert table_bytes(0, 0) == 4
     assert table_bytes(10, 25) == 10 * 12 + 25 * 4 + 4
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_pruning_loses_stays_part_of_the_floor(seed):
+    """Where a tunnel asks for a tag, too: losing it is no gain, and the k that is said to keep a share does."""
+    rng, graph, grid = np.random.default_rng(seed), sample_graph(), Grid((12, 12, 8), 0.5)
+    tagged = [replace(s, tags={"low": np.full(s.n_frames, rng.random() < 0.15)}) for s in graph.segments]
+    tunnel = np.zeros((48, 48), dtype=bool)
+    tunnel[:, 24:] = True
+    environment = Environment(
+        grid, np.zeros((48, 48), dtype=bool), (RegionMask("tunnel", RegionRule.REQUIRE, "low", tunnel),)
+    )
+    embedding = embed(replace(graph, segments=tuple(tagged)), environment)
+    curve, whole = pruning_curve(embedding), embedding.covered().any(axis=2).sum()
+    for share in (0.5, 0.9, 0.98):
+        k = curve.smallest_k(share * curve.floor_coverage[-1]) if whole else None
+        if k is not None:
+            assert prune_local(embedding, k).covered().any(axis=2).sum() >= share * whole - 1e-6

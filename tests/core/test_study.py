@@ -31,15 +31,17 @@ from core.evaluation.capture.director import direct_capture
 from core.evaluation.floor import floor_cells
 from core.evaluation.path_efficiency import path_efficiency
 from core.evaluation.variability import coverage_share, floor_variability
+from core.evaluation.why_not import Reason, why_not
 from core.expanse.work import Serial
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.progress import finish
+from core.report.floor_colors import RULED
 from core.study.case import embedding_settings, run_case
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set
 from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene
 from core.study.maps import BLOCKED, NOT_REACHED, write_maps
 from core.study.measures import QUANTITIES, Measure, checked_measure, measured
-from core.study.picture import LONGEST_SIDE, small_map
+from core.study.picture import LONGEST_SIDE, NOT_PASSED, ONLY_CROSSED, small_map
 from core.study.plan import plan_of, read_plan
 from core.study.report import study_page
 from core.study.results import failures, results_table
@@ -93,7 +95,10 @@ def test_a_case_is_what_doing_it_by_hand_gives(radius, cell_size, n_headings, ra
         ways.sum(),
     ]
     levels = found.picture.levels
-    assert np.array_equal(np.isnan(levels), ~floor_cells(embedding) & (ways == 0))
+    standing, floor = environment.free_cells(), floor_cells(embedding)
+    assert np.array_equal(np.isnan(levels), ~standing)
+    assert np.array_equal(levels == ONLY_CROSSED, standing & ~floor)
+    assert np.array_equal(levels == NOT_PASSED, floor & (ways == 0))
     assert np.array_equal(levels >= 0, ways > 0)
     assert np.allclose(10.0 ** levels[ways > 0], ways[ways > 0], rtol=1e-5)
 
@@ -122,15 +127,45 @@ def test_every_quantity_has_a_number():
     advice = direct_capture(embedding)
     assert found["capture_area"] == advice.gains[0].floor > 0
     assert found["capture_motions"] == sum(gain.floor > 0 for gain in advice.gains)
-    reasons = [
-        measured(checked_measure({"measure": "missing", "reason": r}), ground) for r in ("no_way_in", "embedded")
-    ]
-    assert 0 <= reasons[0] < found["missing"] and reasons[1] == pytest.approx(1 - found["missing"])
     by_verdict = [
         measured(checked_measure({"measure": "judged_actions", "verdict": v.name.lower()}), ground) for v in Verdict
     ]
     assert sum(by_verdict) == len(parts(embedding.graph, Kind.CLIP))
     assert found["full_area"] <= found["covered_area"] <= found["free_area"] == pytest.approx(16.0)
+
+
+def test_what_can_only_be_crossed_is_not_missing():
+    # Nothing that is played carries the tag: no walk stands there, and some of the floor around it is out of reach.
+    geometry = room(regions=[region(RegionRule.REQUIRE, "swim")])
+    ground = WholeGround(embed(small_graph(), environment_of(geometry, {}), embedding_settings(geometry, {})))
+
+    def missing(**options):
+        return measured(checked_measure({"measure": "missing", **options}), ground)
+
+    why, floor = why_not(ground.embedding), floor_cells(ground.embedding)
+    assert (why == Reason.RULE).any() and floor.any() and not (why[floor] == Reason.RULE).any()
+    assert 0 < missing() == pytest.approx(1 - measured(checked_measure("heading_coverage"), ground))
+    by_reason = {r: missing(reason=r.name.lower()) for r in Reason if r not in (Reason.EMBEDDED, Reason.BLOCKED)}
+    n_places = np.count_nonzero(floor) * why.shape[2]
+    assert all(share == np.count_nonzero(why == reason) / n_places for reason, share in by_reason.items())
+    outside = by_reason[Reason.RULE] + by_reason[Reason.FORBIDDEN]
+    assert sum(by_reason.values()) - outside == pytest.approx(missing())
+
+
+def test_evaluations_of_one_name_are_told_apart():
+    ground = WholeGround(embed(small_graph(), build_environment(Grid((16, 16, 8), 0.25), np.empty((0, 3, 3)))))
+    asked = []
+
+    def one_of(number):
+        def evaluation(embedding, options):
+            asked.append(number)
+            return number
+
+        return evaluation
+
+    first, second = one_of(1), one_of(2)
+    found = [ground.once(first, {}), ground.once(second, {}), ground.once(first, {}), ground.once(first, {"a": 1})]
+    assert found == [1, 2, 1, 1] and asked == [1, 2, 1]
 
 
 #: What modules of core.evaluation tell that is one number, by (class, attribute): the measure that it is, or why none.
@@ -320,7 +355,8 @@ def test_results_of_another_version_are_not_mixed_with_ours(tmp_path):
     said = []
     again = finish(run_study_steps(study, tmp_path / "out"), lambda progress: said.append(progress.message))
     assert (again.n_known, again.n_outdated, again.n_failed) == (2, 2, 0)
-    assert "2 cases were finished by another version of Wayfarer, and are run again" in said
+    assert "2 of 4 cases had been finished before" in said
+    assert "2 cases that another version of Wayfarer had finished will be run again" in said
     assert rows_of(again) == rows_of(first)
     assert run_study(study, tmp_path / "out").n_known == 4
     # What could not be run again yet is still there, and still not ours.
@@ -523,13 +559,14 @@ def test_a_ground_in_parcels_is_the_same_ground(tmp_path):
 
 def test_maps_of_large_grounds_are_put_together(tmp_path):
     lay_out(tmp_path)
-    geometry = room(width=12.0, regions=[region()])
+    geometry = room(width=12.0, regions=[region(RegionRule.REQUIRE, "swim")])
     save_scene(geometry, tmp_path / "long.npz")
     study = plan(tmp_path, scenes={"long": {"file": "long.npz", "parcel_size": 4.0}}, settings={})
-    run_study(study, tmp_path / "out")
+    maps_of = run_study(study, tmp_path / "out").outcomes[0].maps
     ground = WholeGround(embed(small_graph(), environment_of(geometry, {}), embedding_settings(geometry, {})))
     write_maps(ground, (0.0, 0.0), tmp_path / "whole")
-    written = tmp_path / "out" / "maps" / "long, graph"
+    written = tmp_path / "out" / maps_of
+    assert written.parent == tmp_path / "out" / "maps" and written.name.startswith("long, graph ")
     assert sorted(path.name for path in written.iterdir()) == ["coverage.png", "maps.npz", "variability.png"]
     with np.load(written / "maps.npz") as maps:
         assert np.array_equal(maps["variability"], ground.ways) and maps["variability"].any()
@@ -539,11 +576,50 @@ def test_maps_of_large_grounds_are_put_together(tmp_path):
         assert (written / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     pixels = np.round(255 * mpimg.imread(written / "coverage.png")).astype(int)
     assert pixels.shape[:2] == ground.ways.T.shape
-    nothing = (255 * np.array(BLOCKED)).round(), (255 * np.array(NOT_REACHED)).round()
-    blocked = np.all(pixels[..., :3] == nothing[0], axis=2)[::-1].T
-    assert np.array_equal(blocked, (ground.headings == 0) & ~ground.free) and blocked.any()
-    missed = np.all(pixels[..., :3] == nothing[1], axis=2)[::-1].T
+
+    def painted(color):
+        return np.all(pixels[..., :3] == (255 * np.array(color)).round(), axis=2)[::-1].T
+
+    standing = ground.embedding.environment.free_cells()
+    assert np.array_equal(painted(BLOCKED), ~standing) and not standing.all()
+    assert np.array_equal(painted(RULED), standing & ~ground.free) and painted(RULED).any()
+    missed = painted(NOT_REACHED)
     assert np.array_equal(missed, (ground.headings == 0) & ground.free) and missed.any()
+
+
+def test_maps_stay_with_their_case(tmp_path):
+    lay_out(tmp_path)
+    save_scene(room(width=12.0), tmp_path / "long.npz")
+    names = ["ö" * 200, "ö" * 200 + "o"]
+
+    def maps_of(radius):
+        study = plan(
+            tmp_path,
+            scenes={name: {"file": "long.npz", "parcel_size": 4.0} for name in names[: 1 if radius > 0.2 else 2]},
+            settings={"radius": radius},
+            measures=["nodes", "covered_area"],
+        )
+        outcome = run_study(study, tmp_path / "out")
+        assert outcome.n_failed == 0
+        for entry in outcome.outcomes:
+            with np.load(tmp_path / "out" / entry.maps / "maps.npz") as maps:
+                area = np.count_nonzero(maps["coverage"]) * 0.25**2
+            assert area == entry.result.numbers["covered_area"] > 0
+        return [entry.maps for entry in outcome.outcomes], outcome.n_known
+
+    narrow, _ = maps_of(0.2)
+    wide, _ = maps_of(0.35)
+    assert maps_of(0.2) == (narrow, 2)
+    assert not set(narrow) & set(wide) and all(len(Path(name).name.encode()) <= 255 for name in narrow)
+
+
+def test_maps_tell_what_can_only_be_crossed():
+    geometry = room(regions=[region(RegionRule.REQUIRE, "swim")])
+    ground = WholeGround(embed(small_graph(), environment_of(geometry, {}), embedding_settings(geometry, {})))
+    levels = small_map(ground).levels
+    ruled = ground.embedding.environment.free_cells() & ~floor_cells(ground.embedding)
+    assert np.array_equal(levels == ONLY_CROSSED, ruled) and ruled.any()
+    assert np.array_equal(np.isnan(levels), ~ground.embedding.environment.free_cells())
 
 
 def test_parcels_that_are_too_small_are_said(tmp_path):
@@ -620,6 +696,12 @@ def entries(**changes):
         (entries(measures=[{"measure": "time_to_reach"}]), "needs one of its options region, tag"),
         (entries(measures=[{"measure": "time_to_reach", "tag": "a", "region": "b"}]), "needs one of"),
         (entries(measures=[{"measure": "path_efficiency", "pairs": 0}]), "1 or more"),
+        (entries(measures=[{"measure": "missing", "reason": "blocked"}]), "one of rule, forbidden, no_way_out"),
+        (entries(measures=[{"measure": "missing", "reason": "embedded"}]), "one of rule, forbidden, no_way_out"),
+        (entries(measures=[{"measure": "maneuverability", "tag": "a", "clip": "b"}]), "one of its options tag, clip;"),
+        (entries(measures=[{"measure": "promptly", "kind": "clip", "clip": "b"}]), "one of its options kind, clip;"),
+        (entries(measures=[{"measure": "time_from", "tag": "a", "radius": 1.0}]), "nothing without 'position'"),
+        (entries(measures=[{"measure": "area_within", "tag": "a", "tolerance": 1}]), "nothing without 'heading'"),
         (entries(measures=[{"measure": "action_coverage", "kind": "limb"}]), "'segment' or 'clip' or 'tag'"),
         (entries(measures=[{"measure": "detour", "spacing": math.inf}]), "a number, more than 0"),
         (entries(measures=[]), "a list of names"),
@@ -668,8 +750,24 @@ def test_tables_and_pages_hold_every_case(tmp_path):
     assert "12 cases" in page and "cell_size 0.25" in page and "nan" not in page.lower().replace("nanum", "")
     flat = study_page(run_study(plan(tmp_path, settings={}, measures=["turn_balance", "nodes"]), tmp_path / "out"))
     assert flat.count("<svg") == 2 + 1 + 2
+    assert "left out" not in page + flat
     record = json.loads(next((tmp_path / "out" / "cases").glob("*.json")).read_text())
     assert set(record) == {"format", "version", "numbers", "remarks", "picture", "seconds"}
+
+
+def test_charts_leave_out_cases_without_an_answer(tmp_path):
+    """A goal that cannot be reached is not one that is reached in no time."""
+    study = lay_out(tmp_path, settings={}, measures=[{"measure": "time_to_reach", "region": "door"}])
+    # Only one of the rooms has the region.
+    outcome = run_study(study, tmp_path / "out")
+    page = study_page(outcome)
+    assert [entry.result.numbers["time_to_reach"] is None for entry in outcome.outcomes] == [True, False]
+    assert "Without an answer, and left out: 1 case." in page
+    chart = page[page.index("<svg") : page.index("</svg>")]
+    assert "door, graph" in chart and "open, graph" not in chart
+    lines = run_study(plan(tmp_path, measures=[{"measure": "time_to_reach", "region": "door"}]), tmp_path / "out")
+    page = study_page(lines)
+    assert "left out: 2 cases." in page and "in door" in page and "in open" not in page
 
 
 def test_the_documentation_names_everything():

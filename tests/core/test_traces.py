@@ -1,5 +1,7 @@
 """Obstacles whose traces are remembered give the environment that all their triangles give at once, to the bit."""
 
+import gc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,14 +141,77 @@ def test_whoever_gives_up_or_is_interrupted_loses_nothing(monkeypatch):
     np.testing.assert_array_equal(found.blocked, build_environment(grid, all_triangles([*pieces, heavy])).blocked)
 
 
+def living_bytes() -> int:
+    """Bytes of all traces that anybody holds."""
+    return sum(found.n_bytes for found in gc.get_objects() if isinstance(found, traces._Trace))
+
+
 def test_memory_is_limited(monkeypatch):
     rng, memory, grid = np.random.default_rng(0), TraceMemory(), Grid((8, 8, 4), 0.5)
     monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 1)
-    monkeypatch.setattr(traces, "_MAX_BYTES", 5_000)
-    pieces = [Piece(box(), placed(rng).matrix) for _ in range(8)]
-    found = build_environment(grid, pieces, memory=memory)
-    np.testing.assert_array_equal(found.blocked, build_environment(grid, all_triangles(pieces)).blocked)
-    assert 0 < sum(trace.n_bytes for trace in memory._traces.values()) <= 5_000 and len(memory._traces) < 8
+    pieces = [Piece(box(), placed(rng).matrix) for _ in range(16)]
+    before, largest = living_bytes(), 0
+    for piece in pieces:
+        alone = TraceMemory()
+        build_environment(grid, [piece], memory=alone)
+        largest = max(largest, living_bytes() - before)
+        del alone
+    limit = 3 * largest
+    monkeypatch.setattr(traces, "_MAX_BYTES", limit)
+
+    def n_steps() -> int:
+        """How many are not known; on the way, no more is held than may be, and the trace that is at work."""
+        running, n = build_environment_steps(grid, pieces, memory=memory), 0
+        while True:
+            try:
+                next(running)
+            except StopIteration as stop:
+                expected = build_environment(grid, all_triangles(pieces))
+                np.testing.assert_array_equal(stop.value.blocked, expected.blocked)
+                assert 0 < living_bytes() - before <= limit
+                return n
+            n += 1
+            assert living_bytes() - before <= limit + largest
+
+    assert n_steps() == 16
+    left = n_steps()
+    assert 0 < left < 16 and n_steps() == left
+    # What is no longer there makes room for what has come.
+    pieces = [Piece(box(), placed(rng).matrix) for _ in range(16)]
+    assert n_steps() == 16
+    assert 0 < n_steps() < 16
+    # Nothing of it is lost count of.
+    assert memory._known._n_bytes == living_bytes() - before
+    pieces = []
+    assert len(list(build_environment_steps(grid, pieces, memory=memory))) == 0
+    assert memory._known._n_bytes == living_bytes() - before == 0
+
+
+def test_pieces_without_triangles_leave_nothing():
+    empty, memory, grid = Piece(Shape(np.empty((0, 3, 3))), np.eye(4)), TraceMemory(), Grid((8, 8, 4), 0.25)
+    full = Piece(box(), np.eye(4))
+    for pieces in ([empty], [empty, full], [full, empty], [empty, empty, full, full], []):
+        expected = build_environment(grid, all_triangles(pieces))
+        assert expected.blocked.any() == (full in pieces)
+        for _ in range(2):
+            found = build_environment(grid, pieces, memory=memory)
+            np.testing.assert_array_equal(found.blocked, expected.blocked)
+            np.testing.assert_array_equal(build_environment(grid, pieces).blocked, expected.blocked)
+
+
+def test_pieces_in_the_same_place_count_each(monkeypatch):
+    monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 1)
+    memory, grid = TraceMemory(), Grid((8, 8, 4), 0.25)
+    matrix = np.diag([1.0, 1.0, 4.0, 1.0])
+    matrix[:3, 3] = 0.5, 0.5, -1.0
+    # A lid that is turned over takes away one of two.
+    over = Piece(Shape(box([5]).triangles[:, ::-1]), matrix)
+    lid, bottom = Piece(box([5]), matrix), Piece(box([4]), matrix)
+    for pieces in ([lid, lid, over, bottom], [lid, over, bottom], [lid, bottom, lid, over]):
+        expected = build_environment(grid, all_triangles(pieces), settings=EnvironmentSettings(radius=0.0)).blocked
+        found = build_environment(grid, pieces, settings=EnvironmentSettings(radius=0.0), memory=memory).blocked
+        np.testing.assert_array_equal(found, expected)
+        assert found.any() == (len(pieces) == 4)
 
 
 def test_what_is_no_number_is_told_with_the_memory_too():

@@ -1,10 +1,12 @@
 """The sidebar with our panels: opened, closed and pressed by the mouse, wherever Blender has laid things out."""
 
 import importlib
+import time
 from collections.abc import Generator
 
 import bpy
 import hand
+import numpy as np
 import picture
 from hand import Turns
 
@@ -18,6 +20,8 @@ _STEP = 14
 """Pixels between two places where a button is looked for: less than the height of one."""
 _COLUMNS = 0.65, 0.3
 """Parts of the sidebar's width where buttons are looked for, one after the other."""
+_STILL = 0.2
+"""Seconds without a change after which panels have come to rest."""
 TICKS, BESIDE_LABEL, BESIDE_LIST = 0.113, 0.42, 0.83
 """Where the check boxes of a list are, those behind a label, and the buttons on the right of a list."""
 
@@ -69,7 +73,13 @@ def panels() -> list[str]:
 def _click_header(number: int, across: float = 0.3, **modifiers: bool) -> Turns:
     side = hand.region("UI")
     yield from hand.click(side.x + across * side.width, header(panels()[number]), **modifiers)
-    yield from hand.redrawn(1, "UI")
+    # Panels slide to their places, and are pressed where they are drawn on the way.
+    since, seen = time.monotonic(), None
+    while time.monotonic() - since < _STILL:
+        yield from hand.redrawn(1, "UI")
+        strip = _arrow_strip()
+        if seen is None or not np.array_equal(strip, seen):
+            since, seen = time.monotonic(), strip
 
 
 def _down(number: float) -> float:
