@@ -36,16 +36,20 @@ def search(panel: str, path: str, text: str) -> Turns:
 def turn_to(panel: str, path: str, value: Callable[[], str], wanted: str) -> Turns:
     """Turn the wheel over a menu of a panel, with Ctrl, until its value is the one that is wanted."""
     yield from sidebar.point_at(panel, path)
+    x, y = hand.mouse()
     for kind in ("WHEELDOWNMOUSE", "WHEELUPMOUSE"):
-        before = None
-        # At an end the value stays as it is.
-        while value() not in (wanted, before):
+        unturned = 0
+        # At an end the value stays as it is; so it does, now and then, where the sidebar is drawn at that moment.
+        while value() != wanted and unturned < 3:
             before = value()
+            # A button that has been drawn anew knows of the mouse when it moves.
+            yield from hand.move(x + 2 * (unturned % 2), y)
+            yield from hand.redrawn(1, "UI")
             yield from hand.press_wheel(kind, ctrl=True)
-            # The button turns some time after the wheel.
             end = time.monotonic() + 1.0
             while value() == before and time.monotonic() < end:
                 yield
+            unturned = unturned + 1 if value() == before else 0
     if value() != wanted:
         raise hand.Waited(f"{path} has no {wanted}")
     yield from hand.rest()
