@@ -78,6 +78,7 @@ def set_timeline(scene, last_frame: int) -> None:
 
 def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
     action = write_clip(character, clip, clip.name, FIRST_FRAME)
+    _claim_played(character)
     if _has_strips(character):
         # They would move the object under the action; where it stands without them is known only now.
         remove_strips(character)
@@ -95,6 +96,7 @@ def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Act
     # Fails here, before anything is changed, if it is going to.
     strip_cuts(clip, walk.seams)
     bpy.data.actions.remove(write_clip(character, clip, clip.name, FIRST_FRAME))
+    _claim_played(character)
     remove_strips(character)
     _remove_earlier(character)
     bpy.context.view_layer.update()
@@ -109,6 +111,18 @@ def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Act
 def _has_strips(character) -> bool:
     tracks = character.animation_data.nla_tracks if character.animation_data else ()
     return any(track.name.split(".")[0] == WALK_NAME for track in tracks)
+
+
+def _claim_played(character) -> None:
+    """Write the character's name into the walks that only it plays: those of a copied or renamed one name another."""
+    animation = character.animation_data
+    if animation is None:
+        return
+    played = [animation.action, *(strip.action for track in animation.nla_tracks for strip in track.strips)]
+    ours = [action for action in played if action is not None and WALK_PROPERTY in action and action.is_editable]
+    for action in ours:
+        if action.users <= played.count(action):
+            action[WALK_PROPERTY] = character.name
 
 
 def _remove_earlier(character) -> None:

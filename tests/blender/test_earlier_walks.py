@@ -51,3 +51,14 @@ def test_a_walk_that_is_kept_survives(walked, keep):
     assert name in bpy.data.actions
     assert len(walks()) == 2
     assert walked.animation_data.action != bpy.data.actions[name]
+
+
+def test_a_walk_replaces_that_of_a_copied_scene(walked):
+    """The copied character has a name of its own, and plays a copy of the walk that names the other one."""
+    bpy.ops.scene.new(type="FULL_COPY")
+    character = bpy.context.scene.wayfarer.character
+    assert character != walked and len(walks()) == 2
+    for step in ("build_motion_graph", "embed", "random_walk"):
+        assert getattr(operators, step)() == {"FINISHED"}
+    assert {action[WALK_PROPERTY] for action in walks()} == {walked.name, character.name}
+    assert len(walks()) == 2 and walked.animation_data.action != character.animation_data.action
