@@ -12,8 +12,11 @@ REGIONS = "Wayfarer Regions"
 
 
 def find_collection(scene, name: str) -> bpy.types.Collection | None:
-    """The collection of this name in the scene; Blender numbers those of other scenes."""
+    """The collection of this name in the scene; Blender numbers those of other scenes. One that is linked from another
+    file is not ours to change."""
     for collection in scene.collection.children_recursive:
+        if collection.library is not None:
+            continue
         if collection.name == name or (collection.name.startswith(f"{name}.") and collection.name[-3:].isdigit()):
             return collection
     return None
