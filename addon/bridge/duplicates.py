@@ -20,19 +20,30 @@ def duplicate_character(armature_object, collection) -> bpy.types.Object:
     for original in family:
         copies[original] = original.copy()
         collection.objects.link(copies[original])
+    tie_copies(copies)
+    duplicate = copies[armature_object]
+    silence(duplicate.animation_data)
+    return duplicate
+
+
+def tie_copies(copies: Mapping) -> None:
+    """Let copies of objects, {original: copy}, hang together as the originals do: parents, modifiers, constraints and
+    drivers that point at an original point at its copy."""
     for original, copy in copies.items():
         if original.parent in copies:
+            # Setting a parent would forget where the child was bound to it.
             inverse = copy.matrix_parent_inverse.copy()
             copy.parent = copies[original.parent]
             copy.matrix_parent_inverse = inverse
         _point_at_copies(copy, copies)
-    duplicate = copies[armature_object]
-    animation = duplicate.animation_data
+
+
+def silence(animation) -> None:
+    """Let nothing be played: no action and no NLA tracks; drivers stay."""
     if animation is not None:
         animation.action = None
         for track in list(animation.nla_tracks):
             animation.nla_tracks.remove(track)
-    return duplicate
 
 
 def _is_deformed_by(obj, armature_object) -> bool:

@@ -13,6 +13,7 @@ import bpy
 
 from ...core.errors import ExportError
 from .action_curves import action_curves
+from .duplicates import silence, tie_copies
 from .read_actions import source_frame_rate
 
 _EXPORTER = "io_scene_gltf2"
@@ -90,20 +91,12 @@ def _stand_ins(objects):
                 data.append(copy.data)
                 copy.data.name = uuid.uuid4().hex
                 names["meshes"][copy.data.name] = original.data.name
-                _silence(copy.data.shape_keys.animation_data)
-            _silence(copy.animation_data)
+                silence(copy.data.shape_keys.animation_data)
+            silence(copy.animation_data)
             # What cannot be seen or selected would be left out.
             copy.hide_viewport = copy.hide_select = False
             bpy.context.scene.collection.objects.link(copy)
-        instead = dict(zip(objects, copies, strict=True))
-        for copy in copies:
-            # Setting a parent would forget where the child was bound to it.
-            bound = copy.matrix_parent_inverse.copy()
-            copy.parent = instead.get(copy.parent, copy.parent)
-            copy.matrix_parent_inverse = bound
-            for modifier in copy.modifiers:
-                if modifier.type == "ARMATURE":
-                    modifier.object = instead.get(modifier.object, modifier.object)
+        tie_copies(dict(zip(objects, copies, strict=True)))
         yield copies, names
     finally:
         for copy in copies:
@@ -111,14 +104,6 @@ def _stand_ins(objects):
         for mesh in data:
             bpy.data.meshes.remove(mesh)
         bpy.context.scene.frame_set(frame, subframe=subframe)
-
-
-def _silence(animation) -> None:
-    """Let nothing be played; drivers stay."""
-    if animation is not None:
-        animation.action = None
-        for track in list(animation.nla_tracks):
-            animation.nla_tracks.remove(track)
 
 
 @contextlib.contextmanager

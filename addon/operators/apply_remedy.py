@@ -12,9 +12,10 @@ from ..examination import ClipHealth, clip_health
 from ..inputs import doctor_settings
 from ..motion_fingerprint import action_fingerprint
 from ..state import health_of, keep_health
+from .needs_character import NeedsCharacter
 
 
-class WAYFARER_OT_apply_remedy(bpy.types.Operator):
+class WAYFARER_OT_apply_remedy(NeedsCharacter, bpy.types.Operator):
     bl_idname = "wayfarer.apply_remedy"
     bl_label = "Apply Remedy"
     bl_description = "Do what is proposed; the keys of the action stay as they are"
@@ -24,13 +25,6 @@ class WAYFARER_OT_apply_remedy(bpy.types.Operator):
     finding: IntProperty(
         name="Finding", description="Which of its findings, counted from zero", min=0, options={"SKIP_SAVE"}
     )
-
-    @classmethod
-    def poll(cls, context):
-        if context.scene.wayfarer.character is None:
-            cls.poll_message_set("Choose a character first")
-            return False
-        return True
 
     @classmethod
     def description(cls, context, properties):

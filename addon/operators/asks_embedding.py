@@ -3,30 +3,39 @@
 from ..advice import stale_advice
 from ..findings.finding import Finding, keep_finding
 from ..jobs import LongOperator
-from ..state import redraw, results
+from ..state import embedding_of, redraw, results
 
 _REPORTED = 4
 """Numbers that the status bar has room for; the panel shows all of them."""
 
 
-class AsksEmbedding:
-    """Mixin: an embedding in which the character can go somewhere."""
+class LooksAtEmbedding:
+    """Mixin: an embedding, be it an empty one."""
 
     @classmethod
     def poll(cls, context):
-        embedding = results(context.scene).embedding
-        if embedding is None:
+        if results(context.scene).embedding is None:
             cls.poll_message_set("Embed the motion graph first")
-        elif embedding.n_nodes == 0:
-            cls.poll_message_set("The character cannot go anywhere in this scene; the embedding is empty")
-        else:
-            return True
-        return False
+            return False
+        return True
 
     def warn_if_stale(self, scene) -> None:
         """Say so if something has changed since the embedding was made; last, so that it stays to be read."""
         for sentence in stale_advice(scene):
             self.report({"WARNING"}, sentence)
+
+
+class AsksEmbedding(LooksAtEmbedding):
+    """Mixin: an embedding in which the character can go somewhere."""
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        if embedding_of(context.scene).n_nodes == 0:
+            cls.poll_message_set("The character cannot go anywhere in this scene; the embedding is empty")
+            return False
+        return True
 
 
 class FindsOut(AsksEmbedding, LongOperator):

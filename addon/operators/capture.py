@@ -3,8 +3,8 @@
 import bpy
 
 from ..findings.capture import capture_finding_steps
-from ..state import results, whole_of
-from .asks_embedding import FindsOut
+from ..state import whole_of
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
 class WAYFARER_OT_direct_capture(FindsOut, bpy.types.Operator):
@@ -18,10 +18,7 @@ class WAYFARER_OT_direct_capture(FindsOut, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         # Also for an embedding that is empty: that is when most is missing.
-        if results(context.scene).embedding is None:
-            cls.poll_message_set("Embed the motion graph first")
-            return False
-        return True
+        return super(AsksEmbedding, cls).poll(context)
 
     def steps(self, context):
         n_candidates = context.scene.wayfarer.evaluation.n_candidates

@@ -6,19 +6,13 @@ from ...core.evaluation.why_not import lost_links_steps
 from ..jobs import LongOperator
 from ..state import embedding_of, results
 from ..text import counted, share_of
+from .asks_embedding import LooksAtEmbedding
 
 
-class WAYFARER_OT_count_lost_links(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_count_lost_links(LooksAtEmbedding, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.count_lost_links"
     bl_label = "Count Lost Links"
     bl_description = "Count the links that obstacles block and that regions forbid; takes about as long as embedding"
-
-    @classmethod
-    def poll(cls, context):
-        if results(context.scene).embedding is None:
-            cls.poll_message_set("Embed the motion graph first")
-            return False
-        return True
 
     def steps(self, context):
         embedding = embedding_of(context.scene)

@@ -5,20 +5,14 @@ import bpy
 from ...core.errors import MotionGraphError
 from ...core.motion.body_size import body_radius
 from ..bridge.skeleton import bind_rig
+from .needs_character import NeedsCharacter
 
 
-class WAYFARER_OT_fit_radius(bpy.types.Operator):
+class WAYFARER_OT_fit_radius(NeedsCharacter, bpy.types.Operator):
     bl_idname = "wayfarer.fit_radius"
     bl_label = "Radius from Character"
     bl_description = "Set the radius to half the width of the character's shoulders, and what flesh adds to it"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        if context.scene.wayfarer.character is None:
-            cls.poll_message_set("Choose a character first")
-            return False
-        return True
 
     def execute(self, context):
         settings = context.scene.wayfarer

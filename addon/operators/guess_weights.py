@@ -6,9 +6,10 @@ from ...core.errors import MotionGraphError
 from ...core.motion.joint_roles import joint_weights
 from ..bridge.skeleton import bind_rig
 from ..text import counted
+from .needs_character import NeedsCharacter
 
 
-class WAYFARER_OT_guess_weights(bpy.types.Operator):
+class WAYFARER_OT_guess_weights(NeedsCharacter, bpy.types.Operator):
     bl_idname = "wayfarer.guess_weights"
     bl_label = "Guess Weights"
     bl_description = (
@@ -16,13 +17,6 @@ class WAYFARER_OT_guess_weights(bpy.types.Operator):
         "spine, legs and arms, zero for the rest"
     )
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        if context.scene.wayfarer.character is None:
-            cls.poll_message_set("Choose a character first")
-            return False
-        return True
 
     def execute(self, context):
         settings = context.scene.wayfarer

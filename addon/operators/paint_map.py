@@ -2,29 +2,22 @@
 
 import bpy
 
-from ..advice import stale_advice
 from ..jobs import LongOperator
 from ..render.floor import FLOOR_NAME, put_on_floor
 from ..render.viewport import show_colors
 from ..state import embedding_of, keep_painted, results
+from .asks_embedding import LooksAtEmbedding
 
 __all__ = ["FLOOR_NAME", "WAYFARER_OT_paint_map"]
 
 
-class WAYFARER_OT_paint_map(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_paint_map(LooksAtEmbedding, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.paint_map"
     bl_label = "Paint Map"
     bl_description = (
         "Colour the floor: the lighter, the more ways to pass, red where the character cannot go; or by the reason "
         "why it cannot"
     )
-
-    @classmethod
-    def poll(cls, context):
-        if results(context.scene).embedding is None:
-            cls.poll_message_set("Embed the motion graph first")
-            return False
-        return True
 
     def steps(self, context):
         embedding, settings = embedding_of(context.scene), context.scene.wayfarer.map
@@ -40,5 +33,4 @@ class WAYFARER_OT_paint_map(LongOperator, bpy.types.Operator):
         keep_painted(scene, floor, embedding, key)
         found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
-        for sentence in stale_advice(scene):
-            self.report({"WARNING"}, sentence)
+        self.warn_if_stale(scene)

@@ -9,6 +9,7 @@ from ...core.progress import finish
 from ..place_report import PlaceReport, place_report
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
 from ..state import embedding_of, redraw, results
+from .asks_embedding import LooksAtEmbedding
 from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
 
 _SLICE = 0.02
@@ -19,7 +20,7 @@ _BESIDE = 18.0
 """Pixels from the mouse to the tooltip, at the interface's usual size."""
 
 
-class WAYFARER_OT_pick_place(PicksOnFloor, bpy.types.Operator):
+class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator):
     bl_idname = "wayfarer.pick_place"
     bl_label = "Pick Place"
     bl_description = (
@@ -37,13 +38,6 @@ class WAYFARER_OT_pick_place(PicksOnFloor, bpy.types.Operator):
         unit="LENGTH",
         options={"SKIP_SAVE"},
     )
-
-    @classmethod
-    def poll(cls, context):
-        if results(context.scene).embedding is None:
-            cls.poll_message_set("Embed the motion graph first")
-            return False
-        return True
 
     def execute(self, context):
         scene = context.scene
