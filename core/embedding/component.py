@@ -23,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from ..progress import Progress, portion
 from .network import Nodes, StepNetwork, count, difference, intersection
 from .plane_network import PlaneNetwork, Planes
+from .precedent import Precedent
 
 #: A rest with at most this many links is written out: some 100 MB at the most.
 EXPLICIT_LINKS = 4_000_000
@@ -32,6 +33,22 @@ PATIENT_PIVOTS, AT_ONCE = 3, 1 / 40
 
 #: Nodes are trimmed again while that takes away more than this share of them: of all nodes, and of a rest.
 WORTHWHILE_TRIM, WORTHWHILE_TRIM_OF_REST = 0.5, 0.05
+
+
+@dataclass(frozen=True)
+class Component:
+    """The largest strongly connected component.
+
+    Attributes
+    ----------
+    nodes : Planes
+        All 0 if there is no cycle.
+    runner_up : int
+        No other component has more nodes; there need not be one of this size.
+    """
+
+    nodes: Planes
+    runner_up: int
 
 
 def largest_component_steps(
@@ -44,33 +61,46 @@ def largest_component_steps(
     between them take part, if it is given.
     """
     planes = None if within is None else network.all_planes(within)
-    return network.bundles((yield from largest_planes_steps(network.by_plane, explicit_links, planes)))
+    found = yield from component_steps(network.by_plane, explicit_links, planes)
+    return network.bundles(found.nodes)
 
 
-def largest_planes_steps(
-    network: PlaneNetwork, explicit_links: int = EXPLICIT_LINKS, within: Planes | None = None
-) -> Generator[Progress, None, Planes]:
-    """As :func:`largest_component_steps`, for sets of nodes that are kept in single planes."""
+def component_steps(
+    network: PlaneNetwork,
+    explicit_links: int = EXPLICIT_LINKS,
+    within: Planes | None = None,
+    precedent: Precedent | None = None,
+) -> Generator[Progress, None, Component]:
+    """As :func:`largest_component_steps`, for sets of nodes that are kept in single planes.
+
+    A ``precedent``, of all nodes, makes it quicker where there are many small components, and no other.
+    """
     everything = network.everything() if within is None else within
-    best, best_size, fraction, n_pivots = [0] * len(everything), 0, 0.0, 0
+    best, best_size, runner_up, fraction, n_pivots = [0] * len(everything), 0, 0, 0.0, 0
     # Nodes that are still to be searched, and where most of them have a dead end: ahead of them, or behind.
     rests = [_Rest(count(everything), everything, ends_ahead=False)]
     while rests:
         rests.sort(key=lambda rest: rest.size)
         rest = rests.pop()
         if rest.size < max(best_size, 1):
+            runner_up = max(runner_up, rest.size)
             break
         worthwhile = WORTHWHILE_TRIM if within is None and n_pivots == 0 else WORTHWHILE_TRIM_OF_REST
         trimming = _trimmed_steps(network, rest, max(best_size, 1), worthwhile)
         nodes = yield from portion(trimming, fraction, fraction)
+        if precedent is not None and precedent.runner_up < best_size <= count(nodes):
+            runner_up = max(runner_up, precedent.runner_up)
+            nodes = yield from portion(precedent.candidates_steps(network, nodes), fraction, fraction)
         if count(nodes) < max(best_size, 1):
+            runner_up = max(runner_up, count(nodes))
             continue
         few = explicit_links if n_pivots >= PATIENT_PIVOTS else int(explicit_links * AT_ONCE)
         if n_pivots > 0 and network.count_links(nodes, few) <= few:
-            component = _largest_written_out(network, nodes)
+            component, next_size = _largest_written_out(network, nodes)
+            runner_up = max(runner_up, next_size)
         else:
             n_pivots += 1
-            pivot = _pivot(network, nodes)
+            pivot = _pivot(network, nodes, precedent)
             # Most of the time this is all there is to do.
             end = fraction + 0.9 * (1 - fraction)
             middle = (fraction + end) / 2
@@ -84,8 +114,9 @@ def largest_planes_steps(
         if _has_cycle(network, component) and (
             size > best_size or (size == best_size and _first_node(network, component) < _first_node(network, best))
         ):
-            best, best_size = component, size
-    return best
+            best, best_size, size = component, size, best_size
+        runner_up = max(runner_up, size)
+    return Component(best, runner_up)
 
 
 @dataclass(frozen=True)
@@ -124,8 +155,11 @@ def _trimmed_steps(
             return nodes
 
 
-def _largest_written_out(network: PlaneNetwork, nodes: Planes) -> Planes:
-    """The largest component inside ``nodes``, by SciPy on explicit links; all 0 if no node lies on a cycle."""
+def _largest_written_out(network: PlaneNetwork, nodes: Planes) -> tuple[Planes, int]:
+    """The largest component inside ``nodes``, by SciPy on explicit links, and the size of the next.
+
+    All 0 if no node lies on a cycle.
+    """
     indices, starts, ends = network.links_within(nodes)
     matrix = sparse.csr_array((np.ones(len(starts), dtype=bool), (starts, ends)), shape=(len(indices),) * 2)
     _, label = connected_components(matrix, directed=True, connection="strong")
@@ -134,21 +168,26 @@ def _largest_written_out(network: PlaneNetwork, nodes: Planes) -> Planes:
     looped[label[starts[starts == ends]]] = True
     size[(size == 1) & ~looped] = 0
     if size.max() == 0:
-        return [0] * len(nodes)
+        return [0] * len(nodes), 0
     # Of the largest, the one whose first node comes first by place, heading and segment.
     plane, cell = indices.T
     segment, heading = np.divmod(plane, network.n_headings)
     largest = np.flatnonzero(size[label] == size.max())
     first = largest[np.lexsort((segment[largest], heading[largest], cell[largest]))[0]]
-    return network.nodes(indices[label == label[first]])
+    component = network.nodes(indices[label == label[first]])
+    size[label[first]] = 0
+    return component, int(size.max())
 
 
-def _pivot(network: PlaneNetwork, nodes: Planes) -> Planes:
+def _pivot(network: PlaneNetwork, nodes: Planes, precedent: Precedent | None) -> Planes:
     """A single node that is likely to lie in the largest component of ``nodes``.
 
-    Of the segment with the most ways in and out: in a heading and on a cell that many other segments share, in the
-    middle of all such cells, far from the dead ends along the walls.
+    Where one was known before, of what is left of it. Of the segment with the most ways in and out: in a heading and on
+    a cell that many other segments share, in the middle of all such cells, far from the dead ends along the walls.
     """
+    if precedent is not None:
+        left = intersection(nodes, precedent.nodes)
+        nodes = left if any(left) else nodes
     n_headings = network.n_headings
     by_segment = [nodes[first : first + n_headings] for first in range(0, len(nodes), n_headings)]
     degree = [len(parents) * len(children) for parents, children in zip(network.parents, network.children, strict=True)]

@@ -2,21 +2,23 @@
 
 import os
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
+from .. import wording
 from ..archive import archive_to_bytes, save_archive
 from ..environment.environment import Environment
 from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
-from .component import largest_component_steps, largest_planes_steps
+from .component import component_steps, largest_component_steps
 from .network import Nodes, StepNetwork, intersection
 from .parts import EMBEDDING_FORMAT, Parts, parts_to_arrays
+from .precedent import precedent
 from .settings import EmbeddingSettings
 from .stencil import build_stencils, fewest_stencils
 from .sweep import sweep_steps
@@ -36,6 +38,9 @@ class Embedding:
         All one-step links, inside the component or not.
     planes : tuple of int
         The nodes: for each segment and heading (index segment * n_headings + heading) a bit-plane over the cells.
+    runner_up : int or None
+        No other strongly connected component has more nodes, of all that was unrolled; None where that is not known,
+        as of an embedding that was pruned or read from a file.
     """
 
     graph: MotionGraph
@@ -43,6 +48,7 @@ class Embedding:
     settings: EmbeddingSettings
     unrolling: Unrolling
     planes: tuple[int, ...]
+    runner_up: int | None = field(default=None, compare=False)
 
     @property
     def parts(self) -> Parts:
@@ -235,11 +241,17 @@ def embed_steps(
         steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
         sweep = yield from portion(steps, 0.0, 0.3)
     unrolling = yield from portion(unroll_steps(sweep, environment), 0.3, 0.5)
-    if previous is not None and unrolling.valid == previous.unrolling.valid:
-        return Embedding(graph, environment, settings, unrolling, previous.planes)
+    known = None if previous is None else previous.runner_up
+    if previous is not None and known is not None and unrolling.valid == previous.unrolling.valid:
+        return Embedding(graph, environment, settings, unrolling, previous.planes, known)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
-    planes = yield from portion(largest_planes_steps(network.by_plane), 0.5, 1.0)
-    embedding = Embedding(graph, environment, settings, unrolling, tuple(planes))
+    if previous is None or known is None:
+        before = None
+    else:
+        valid = previous.unrolling.valid
+        before = precedent(network.by_plane, valid, unrolling.valid, list(previous.planes), known)
+    found = yield from portion(component_steps(network.by_plane, precedent=before), 0.5, 1.0)
+    embedding = Embedding(graph, environment, settings, unrolling, tuple(found.nodes), found.runner_up)
     embedding.__dict__.update(network=network)
     return embedding
 
@@ -271,7 +283,7 @@ def embed(
 def with_nodes(embedding: Embedding, nodes: Nodes) -> Embedding:
     """The embedding with other ``nodes`` of its network, which must be strongly connected: nothing is checked."""
     planes = tuple(plane for bundle in nodes for plane in embedding.network.planes(bundle))
-    replaced = replace(embedding, planes=planes)
+    replaced = replace(embedding, planes=planes, runner_up=None)
     # The links are those of the same network: only the nodes are others.
     replaced.__dict__.update(network=embedding.network, nodes=nodes)
     return replaced
@@ -326,8 +338,8 @@ def _refuse_if_too_large(graph: MotionGraph, grid: Grid, n_stencils: float, limi
     if needed > limit:
         nx, ny, n_headings = grid.shape
         raise EmbeddingError(
-            f"The grid of {nx} x {ny} cells and {n_headings} headings would need about {needed / 1e9:.1f} GB for "
-            f"{len(graph.segments)} segments, more than the limit of {limit / 1e9:.1f} GB; use larger cells, fewer "
-            "headings, a smaller ground or a smaller footprint, or embed it in parcels: --command wayfarer evaluate "
-            "--parcels METRES --out FOLDER."
+            f"The grid of {nx} x {ny} cells and {n_headings} headings would need about {wording.memory(needed)} for "
+            f"{len(graph.segments)} segments, more than the limit of {wording.memory(limit)}; use a larger Cell Size, "
+            "fewer Headings, a smaller ground or less Position Edit and Heading Edit, or embed it in parcels: "
+            "--command wayfarer evaluate --parcels METRES --out FOLDER."
         )

@@ -34,7 +34,7 @@ class PlaneNetwork:
 
     def __init__(self, unrolling: Unrolling, links: np.ndarray, n_segments: int):
         stencils = unrolling.stencils
-        self.layout = unrolling.layout
+        self.stencils, self.layout = stencils, unrolling.layout
         self.n_headings = stencils.n_headings
         self.n_segments = n_segments
 
@@ -55,20 +55,24 @@ class PlaneNetwork:
         # the start headings from which its segment ends in its heading, and the same ways.
         leaving: list[dict[int, Ways]] = [{} for _ in range(n_segments * self.n_headings)]
         entering: list[dict[int, Ways]] = [{} for _ in range(n_segments * self.n_headings)]
-        rows = zip(
-            (stencils.segment * self.n_headings).tolist(),
-            stencils.heading.tolist(),
-            stencils.destination_heading.tolist(),
-            self.layout.shift(stencils.dx, stencils.dy).tolist(),
-            unrolling.valid,
-            strict=True,
-        )
-        for first, heading, turned, shift, valid in rows:
-            if valid:
-                leaving[first + heading].setdefault(turned, []).append((shift, valid))
-                entering[first + turned].setdefault(heading, []).append((shift, valid))
+        for segment, heading, turned, shift, valid in self._with_stencils(unrolling.valid):
+            first = segment * self.n_headings
+            leaving[first + heading].setdefault(turned, []).append((shift, valid))
+            entering[first + turned].setdefault(heading, []).append((shift, valid))
         self.leaving = [list(ways.items()) for ways in leaving]
         self.entering = [list(ways.items()) for ways in entering]
+
+    def _with_stencils(self, starts: Sequence[int]) -> Iterator[tuple[int, int, int, int, int]]:
+        """For each stencil that has any ``starts``: segment, heading, destination heading, shift, and these starts."""
+        rows = zip(
+            self.stencils.segment.tolist(),
+            self.stencils.heading.tolist(),
+            self.stencils.destination_heading.tolist(),
+            self.layout.shift(self.stencils.dx, self.stencils.dy).tolist(),
+            starts,
+            strict=True,
+        )
+        return (row for row in rows if row[-1])
 
     def nodes(self, indices: np.ndarray) -> Planes:
         """The set of the nodes (n, 2): plane (segment * n_headings + heading) and cell (x * ny + y)."""
@@ -119,8 +123,23 @@ class PlaneNetwork:
 
     def preimage(self, nodes: Planes) -> Planes:
         """All nodes with a link that leads to one of ``nodes``."""
+        return self._starting([plane for fork in range(len(self.members_of_fork)) for plane in self._able(nodes, fork)])
+
+    def ends_of_links(self, starts: Sequence[int]) -> tuple[Planes, Planes]:
+        """The nodes where links start, and those where they end, that play a stencil from its ``starts``, K planes."""
+        n_headings, fold = self.n_headings, self.layout.fold
+        able = [0] * (len(self.members_of_fork) * n_headings)
+        ends = [0] * (self.n_segments * n_headings)
+        for segment, heading, turned, shift, cells in self._with_stencils(starts):
+            if not self.parents[segment]:
+                continue
+            able[self.fork_of[segment] * n_headings + heading] |= cells
+            ends[segment * n_headings + turned] |= fold(_played(cells, [(shift, cells)]))
+        return self._starting(able), ends
+
+    def _starting(self, able: Planes) -> Planes:
+        """All nodes from which a fork is played, by the cells from which each fork is, in each heading."""
         n_headings = self.n_headings
-        able = [plane for fork in range(len(self.members_of_fork)) for plane in self._able(nodes, fork)]
         merged = [
             _union(able[fork * n_headings + heading] for fork in after)
             for after in self.forks_after

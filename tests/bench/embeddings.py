@@ -8,7 +8,7 @@ from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
-from core.motion.graph import MotionGraphSettings
+from core.motion.graph import MotionGraph, MotionGraphSettings
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 from tests.bench.explicit import embed_explicitly
@@ -58,9 +58,7 @@ def tile() -> Benchmark:
     return Benchmark(lambda: embed(graph, environment), counts=_counts)
 
 
-def moved() -> Benchmark:
-    """The room again after one pillar has moved by a hand's breadth; the reference starts from scratch."""
-    graph, environment = problems.graph(0.12), problems.room()
+def _moved(graph: MotionGraph, environment: Environment) -> Benchmark:
     blocked = environment.blocked.copy()
     blocked[100:120, 60:75] = True
     nudged = environment.blocked.copy()
@@ -76,6 +74,16 @@ def moved() -> Benchmark:
     )
 
 
+def moved() -> Benchmark:
+    """The room again after one pillar has moved by a hand's breadth; the reference starts from scratch."""
+    return _moved(problems.graph(0.12), problems.room())
+
+
+def moved_scarce() -> Benchmark:
+    """The same with few links, and fewer pillars: there are thousands of components that could be the largest."""
+    return _moved(problems.scarce_graph(), problems.room(pillars_per_area=0.04))
+
+
 def ground(side: float, repeats: int) -> Benchmark:
     """A square ground with scattered pillars."""
     graph, environment = problems.graph(0.12), problems.room(side, side)
@@ -88,6 +96,7 @@ BENCHMARKS = {
     "embed-wide": room_wide,
     "embed-tile": tile,
     "embed-moved": moved,
+    "embed-moved-scarce": moved_scarce,
     "embed-40m": lambda: ground(40.0, 2),
     "embed-100m": lambda: ground(100.0, 1),
 }

@@ -9,7 +9,7 @@ import numpy as np
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.motion.clip import MotionClip
-from core.motion.graph import MotionGraph, MotionGraphSettings, build_motion_graph
+from core.motion.graph import MotionGraph, MotionGraphSettings, ThresholdMode, build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from tests.core.bvh import read_bvh
 from tests.core.geometry import box_triangles
@@ -40,6 +40,13 @@ def large_clips() -> tuple[MotionClip, ...]:
 def graph(max_cost: float) -> MotionGraph:
     """The motion graph of :func:`clips` at a threshold."""
     return build_motion_graph(list(clips()), MotionGraphSettings(max_cost=max_cost))
+
+
+@cache
+def scarce_graph() -> MotionGraph:
+    """A motion graph of the sample character's clips with few links: many small components, and large ones beside."""
+    settings = MotionGraphSettings(threshold_mode=ThresholdMode.LINKS, max_links=200)
+    return build_motion_graph(sample_repertoire(), settings)
 
 
 @cache

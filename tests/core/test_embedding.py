@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from core.embedding.component import largest_component_steps
+from core.embedding.component import component_steps, largest_component_steps
 from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes, restrict
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
-from core.embedding.network import StepNetwork
+from core.embedding.network import StepNetwork, count
+from core.embedding.plane_network import PlaneNetwork
+from core.embedding.precedent import precedent
 from core.embedding.stencil import build_stencils
 from core.embedding.sweep import sweep_steps
 from core.embedding.unroll import unroll_steps
@@ -82,6 +85,83 @@ def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, expli
     nx, ny, n_headings, n_segments = slow.shape
     expected = slow.node_mask().transpose(3, 2, 0, 1).reshape(n_segments * n_headings, nx, ny)
     assert np.array_equal(found, expected)
+
+
+def scattered_problem(seed, tiled, n_changes):
+    """A random problem in which few links and many obstacles make many small components: its graph, and the unrollings
+    of ``n_changes`` changes of the scene after one another."""
+    rng = np.random.default_rng(seed)
+    graph, environment = random_problem(seed, tiled)
+    blocked = environment.blocked | (rng.random(environment.blocked.shape) < 0.05)
+    stencils = build_stencils(graph.segments, environment.grid, FOOTPRINTS[0])
+    sweep = finish(sweep_steps(graph.segments, stencils, environment.grid, environment.tags))
+    unrollings = []
+    for _ in range(n_changes):
+        unrollings.append(finish(unroll_steps(sweep, replace(environment, blocked=blocked))))
+        # Something comes, and something goes.
+        blocked = blocked ^ (rng.random(blocked.shape) < rng.choice([0.01, 0.03]))
+    return graph, unrollings
+
+
+def components_by_size(network):
+    """Sizes of all strongly connected components that hold a cycle, descending, by SciPy on all links."""
+    indices, starts, ends = network.links_within(network.everything())
+    matrix = coo_array((np.ones(len(starts)), (starts, ends)), shape=(len(indices),) * 2)
+    _, label = connected_components(matrix, directed=True, connection="strong")
+    sizes = np.bincount(label)
+    with_cycle = (sizes > 1) | np.isin(np.arange(len(sizes)), label[starts[starts == ends]])
+    return sorted(sizes[with_cycle].tolist(), reverse=True)
+
+
+@settings(max_examples=700)
+@given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 200, 10**6]))
+def test_what_was_known_before_leads_to_the_same_component(seed, tiled, explicit_links):
+    """Change after change, with a precedent and without, whatever is written out; and no other component is larger."""
+    graph, unrollings = scattered_problem(seed, tiled, 4)
+    known = None
+    for unrolling in unrollings:
+        network = PlaneNetwork(unrolling, graph.links, len(graph.segments))
+        alone = finish(component_steps(network, explicit_links))
+        sizes = [*components_by_size(network), 0, 0]
+        assert count(alone.nodes) == sizes[0] and alone.runner_up >= sizes[1]
+        if known is None:
+            found = alone
+        else:
+            before, component = known
+            given_before = precedent(network, before.valid, unrolling.valid, component.nodes, component.runner_up)
+            found = finish(component_steps(network, explicit_links, precedent=given_before))
+        assert found.nodes == alone.nodes
+        assert found.runner_up >= sizes[1]
+        known = unrolling, found
+
+
+def test_a_precedent_leaves_little_to_search():
+    """Guards the test above: rests are searched in part only, in problems of its kind; and parts are all that is."""
+    left = []
+    for seed in range(200):
+        graph, (before, after) = scattered_problem(seed, False, 2)
+        n_segments = len(graph.segments)
+        old = finish(component_steps(PlaneNetwork(before, graph.links, n_segments)))
+        network = PlaneNetwork(after, graph.links, n_segments)
+        given_before = precedent(network, before.valid, after.valid, old.nodes, old.runner_up)
+        everything = network.everything()
+        candidates = finish(given_before.candidates_steps(network, everything))
+        if before.valid != after.valid:
+            left.append(count(candidates) / count(everything))
+    assert np.count_nonzero(np.array(left) < 0.5) > 20
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_ends_of_links_are_those_of_the_links_written_out(seed, tiled):
+    """Of the links that play the added starts of stencils, by comparing all links before with all links after."""
+    graph, (before, after) = scattered_problem(seed, tiled, 2)
+    added = [now & ~then for then, now in zip(before.valid, after.valid, strict=True)]
+    network = PlaneNetwork(after, graph.links, len(graph.segments))
+    only_added = PlaneNetwork(replace(after, valid=tuple(added)), graph.links, len(graph.segments))
+    indices, starts, ends = only_added.links_within(only_added.everything())
+    found_starts, found_ends = network.ends_of_links(added)
+    assert found_starts == only_added.nodes(indices[np.unique(starts)])
+    assert found_ends == only_added.nodes(indices[np.unique(ends)])
 
 
 @settings(max_examples=300)
@@ -206,7 +286,7 @@ def test_cancelling_is_possible_at_every_step():
 
 def test_refuses_what_does_not_fit_into_memory():
     graph, environment = random_problem(3, False)
-    with pytest.raises(EmbeddingError, match="larger cells"):
+    with pytest.raises(EmbeddingError, match="larger Cell Size"):
         embed(graph, environment, EmbeddingSettings(memory_limit=10))
 
 
