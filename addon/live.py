@@ -1,7 +1,7 @@
 """Live evaluation: the map follows the scene while ``scene.wayfarer.live`` is on.
 
 Blender tells of every change of objects, after it has evaluated them and before it draws. Where the work takes no
-longer than the drawing, it is done there and then: what was moved and the map that follows are in one picture.
+longer than drawing twice, it is done there and then: what was moved and the map that follows are in one picture.
 Otherwise a timer works in slices, between which the window stays alive. Where a round of work takes too long to keep up
 with a hand that moves an obstacle, it waits until the hand lets go.
 """
@@ -24,6 +24,9 @@ from .state import AT_WORK, has_pending, results
 
 FOLLOWS = 0.3
 """Seconds of work up to which the map follows every change; beyond, it waits for changes to end."""
+
+_PATIENT_PICTURES = 2
+"""What is moved waits for the map while so many pictures could be drawn; in two pictures, both come later."""
 
 _SLICE = 0.03
 _TICK = 0.0
@@ -120,10 +123,10 @@ def follow(scene, depsgraph) -> bool:
 
 
 def may_work_before_drawing(scene, view_layer) -> bool:
-    """Whether there is time for the map to follow before Blender draws, because it takes no longer than to draw; and
-    whether nobody else is at work on what it reads and writes.
+    """Whether there is time for the map to follow before Blender draws, because it takes no longer than to draw twice;
+    and whether nobody else is at work on what it reads and writes.
     """
-    if evaluation(scene).takes > min(FOLLOWS, max(_SLICE, drawing_takes())):
+    if evaluation(scene).takes > min(FOLLOWS, max(_SLICE, _PATIENT_PICTURES * drawing_takes())):
         return False
     if is_exchanging() or has_pending(scene) or results(scene).embedding is None:
         return False

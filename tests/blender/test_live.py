@@ -244,6 +244,15 @@ def test_what_does_not_come_in_time_is_left_to_the_timer(settings, before_drawin
     assert not state.map_is_stale(bpy.context.scene)
 
 
+@pytest.mark.parametrize(("pictures", "in_time"), [(0.02, False), (0.06, True), (1.0, True)])
+def test_what_is_moved_waits_for_the_map_no_longer_than_for_two_pictures(settings, pictures, in_time):
+    evaluation = ready(pictures)
+    evaluation._durations.extend([0.1] * 3)
+    live._pictures.extend([pictures] * live._PICTURES)
+    assert live.may_work_before_drawing(bpy.context.scene, bpy.context.view_layer) == in_time
+    live._pictures.clear()
+
+
 def test_nothing_is_painted_while_others_are_at_work(settings, before_drawing, monkeypatch):
     monkeypatch.setattr(live, "FOLLOWS", 60.0)
     evaluation, scene = ready(), bpy.context.scene

@@ -6,10 +6,14 @@ from contextlib import contextmanager
 
 import bpy
 import hand
-from scene_facts import badges, colors, keep_picture, part, settings
+from scene_facts import badges, colors, keep_picture, numbers, part, settings
 
 PILLAR = "Pillar A"
+PAPER_LINKS = 147
 _TIMES = 5
+_UNCOUNTED = 3
+"""At first nobody knows how long it takes."""
+
 _STEP = 0.3
 
 
@@ -59,6 +63,7 @@ def time_changes(note) -> hand.Turns:
     module = part("live")
     live, pillar = module.evaluation(bpy.context.scene), bpy.data.objects[PILLAR]
     start = pillar.location.x
+    note("size", numbers())
     for name, area in (("redraw_viewport", hand.region()), ("redraw_area", hand.viewport())):
         times = []
         for _ in range(_TIMES):
@@ -69,17 +74,7 @@ def time_changes(note) -> hand.Turns:
             watch.end()
             times.append(watch.first_picture)
         note(name, _median(times))
-    measured = []
-    for number in range(_TIMES + 1):
-        watch = yield from _change(pillar, start + (0.0 if number % 2 else _STEP), live)
-        measured.append((watch.written, watch.picture, live.written, live.drawn, watch.redraws))
-    # Of the first, nobody knew how long it would take.
-    written, picture, said_written, said_drawn, redraws = zip(*measured[1:], strict=True)
-    note("written", _median(written))
-    note("picture", _median(picture))
-    note("said", [_median(said_written), _median(said_drawn)])
-    note("redraws", redraws)
-    note("work", {phase: round(seconds, 4) for phase, seconds in live.seconds.items()})
+    yield from _note_times(note, pillar, live)
     note("status", module.status(bpy.context.scene)[0])
     keep_picture("11_live")
     with _all_the_time_in_the_world(module):
@@ -95,6 +90,46 @@ def time_changes(note) -> hand.Turns:
     note("stale", badges())
     settings().live = False
     yield from hand.redrawn()
+
+
+def time_few_links(note) -> hand.Turns:
+    """The same with as many links as the paper's motion graph had; then everything as it was."""
+    live, pillar, graph = part("live").evaluation(bpy.context.scene), bpy.data.objects[PILLAR], settings().graph
+    start, before = pillar.location.x, (graph.threshold_mode, graph.max_links)
+    yield from _embed_with(("LINKS", PAPER_LINKS), live)
+    note("size", numbers())
+    yield from _note_times(note, pillar, live)
+    pillar.location.x = start
+    yield from _embed_with(before, live)
+    note("stale", badges())
+    settings().live = False
+    yield from hand.redrawn()
+
+
+def _embed_with(threshold: tuple[str, int], live) -> hand.Turns:
+    """Make the motion graph and the embedding anew, and let the map follow."""
+    graph = settings().graph
+    settings().live = False
+    graph.threshold_mode, graph.max_links = threshold
+    for step in (bpy.ops.wayfarer.build_motion_graph, bpy.ops.wayfarer.embed):
+        step()
+        yield from hand.redrawn()
+    settings().live = True
+    yield from _at_rest(live)
+
+
+def _note_times(note, pillar, live) -> hand.Turns:
+    """Move the pillar to and fro, from where it is."""
+    start, measured = pillar.location.x, []
+    for number in range(_UNCOUNTED + _TIMES):
+        watch = yield from _change(pillar, start + (0.0 if number % 2 else _STEP), live)
+        measured.append((watch.written, watch.picture, live.written, live.drawn, watch.redraws))
+    written, picture, said_written, said_drawn, redraws = zip(*measured[_UNCOUNTED:], strict=True)
+    note("written", _median(written))
+    note("picture", _median(picture))
+    note("said", [_median(said_written), _median(said_drawn)])
+    note("redraws", redraws)
+    note("work", {phase: round(seconds, 4) for phase, seconds in live.seconds.items()})
 
 
 def _change(pillar, x: float, live):

@@ -38,6 +38,7 @@ CHAPTERS = (
     making_chapters.undo_map,
     using_chapters.move_pillar,
     live_chapters.time_changes,
+    live_chapters.time_few_links,
     using_chapters.ask_why_not,
     using_chapters.evaluate,
     using_chapters.walk,
