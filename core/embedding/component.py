@@ -21,6 +21,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from ..progress import Progress, portion
+from .closure import reached_from_steps, reaching_steps
 from .network import Nodes, StepNetwork, count, difference, intersection
 from .plane_network import PlaneNetwork, Planes
 from .precedent import Precedent
@@ -104,8 +105,8 @@ def component_steps(
             # Most of the time this is all there is to do.
             end = fraction + 0.9 * (1 - fraction)
             middle = (fraction + end) / 2
-            reached = yield from portion(network.reached_from_steps(pivot, nodes), fraction, middle)
-            component = yield from portion(network.reaching_steps(pivot, reached), middle, end)
+            reached = yield from portion(reached_from_steps(network, pivot, nodes), fraction, middle)
+            component = yield from portion(reaching_steps(network, pivot, reached), middle, end)
             fraction = end
             downstream, elsewhere = difference(reached, component), difference(nodes, reached)
             rests.append(_Rest(count(downstream), downstream, ends_ahead=True))

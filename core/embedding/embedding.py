@@ -40,7 +40,7 @@ class Embedding:
         The nodes: for each segment and heading (index segment * n_headings + heading) a bit-plane over the cells.
     runner_up : int or None
         No other strongly connected component has more nodes, of all that was unrolled; None where that is not known,
-        as of an embedding that was pruned or read from a file.
+        as of an embedding that was pruned.
     """
 
     graph: MotionGraph
@@ -53,7 +53,7 @@ class Embedding:
     @property
     def parts(self) -> Parts:
         """Everything that the embedding consists of, in the order in which it is put together."""
-        return self.graph, self.environment, self.settings, self.unrolling, self.planes
+        return self.graph, self.environment, self.settings, self.unrolling, self.planes, self.runner_up
 
     def save(self, path: str | os.PathLike) -> None:
         """Write everything to an .npz file, for :func:`.archive.load_embedding`; EmbeddingError if it fails."""

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ..progress import Progress
+from .closure import reached_from_steps, reaching_steps
 from .plane_network import PlaneNetwork, Planes, Ways
 from .unroll import Unrolling
 
@@ -154,12 +155,12 @@ class StepNetwork:
 
         Yields progress.
         """
-        steps = self.by_plane.reached_from_steps(self.all_planes(seed), self.all_planes(within))
+        steps = reached_from_steps(self.by_plane, self.all_planes(seed), self.all_planes(within))
         return self.bundles((yield from steps))
 
     def reaching_steps(self, seed: Nodes, within: Nodes) -> Generator[Progress, None, Nodes]:
         """``seed``, a subset of ``within``, and all nodes from which links lead to it inside ``within``."""
-        steps = self.by_plane.reaching_steps(self.all_planes(seed), self.all_planes(within))
+        steps = reaching_steps(self.by_plane, self.all_planes(seed), self.all_planes(within))
         return self.bundles((yield from steps))
 
 

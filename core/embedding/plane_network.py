@@ -7,11 +7,10 @@ segment are therefore the arrivals of all its parents, ORed. Segments with the s
 that end in alike poses can all go on in the same ways.
 """
 
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ..progress import Progress
 from .unroll import Unrolling
 
 #: A set of nodes: planes, indexed segment * n_headings + heading.
@@ -95,7 +94,7 @@ class PlaneNetwork:
         landed = [0] * self.n_headings
         for heading, plane in starts.items():
             for turned, ways in self.leaving[segment * self.n_headings + heading]:
-                landed[turned] |= _played(plane, ways)
+                landed[turned] |= played(plane, ways)
         return [self.layout.fold(plane) for plane in landed]
 
     def playable(self, segment: int, ends: Mapping[int, int]) -> Planes:
@@ -104,13 +103,13 @@ class PlaneNetwork:
         for turned, plane in ends.items():
             there = self.layout.extend(plane)
             for heading, ways in self.entering[segment * self.n_headings + turned]:
-                able[heading] |= _playable(there, ways)
+                able[heading] |= playable_from(there, ways)
         return able
 
     def image(self, nodes: Planes) -> Planes:
         """All nodes that one link leads to from ``nodes``."""
         n_headings = self.n_headings
-        merged = self._merged(nodes)
+        merged = self.merged(nodes)
         image = [0] * len(nodes)
         for members, merges in zip(self.members_of_fork, self.merges_before, strict=True):
             for heading in range(n_headings):
@@ -118,7 +117,7 @@ class PlaneNetwork:
                 if starts:
                     for segment in members:
                         for turned, ways in self.leaving[segment * n_headings + heading]:
-                            image[segment * n_headings + turned] |= _played(starts, ways)
+                            image[segment * n_headings + turned] |= played(starts, ways)
         return [self.layout.fold(plane) for plane in image]
 
     def preimage(self, nodes: Planes) -> Planes:
@@ -134,7 +133,7 @@ class PlaneNetwork:
             if not self.parents[segment]:
                 continue
             able[self.fork_of[segment] * n_headings + heading] |= cells
-            ends[segment * n_headings + turned] |= fold(_played(cells, [(shift, cells)]))
+            ends[segment * n_headings + turned] |= fold(played(cells, [(shift, cells)]))
         return self._starting(able), ends
 
     def _starting(self, able: Planes) -> Planes:
@@ -165,7 +164,7 @@ class PlaneNetwork:
                 for heading, plane in enumerate(starts):
                     if plane:
                         for turned, ways in self.leaving[segment * n_headings + heading]:
-                            landed[turned] |= _played(plane, ways)
+                            landed[turned] |= played(plane, ways)
                 for heading, plane in enumerate(landed):
                     nodes[segment * n_headings + heading] &= fold(plane)
                 merged[self.merge_of[segment]] = None
@@ -189,96 +188,6 @@ class PlaneNetwork:
                     nodes[segment * n_headings + heading] &= plane
                 able[self.fork_of[segment]] = None
         return nodes
-
-    def reached_from_steps(self, seed: Planes, within: Planes) -> Generator[Progress, None, Planes]:
-        """``seed``, a subset of ``within``, and all nodes that links lead to from it inside ``within``.
-
-        Round after round, each fork plays the starts that have come up since its last turn: later forks of a round
-        already see what earlier ones reached. Yields progress before every round.
-        """
-        n_headings, fold, tiled = self.n_headings, self.layout.fold, self.layout.tiled
-        unreached = [inside ^ start for inside, start in zip(within, seed, strict=True)]
-        unplayed = [self.layout.ground] * (len(self.members_of_fork) * n_headings)
-        reached = self._merged(seed)
-        asks = [sum(1 << merge for merge in merges) for merges in self.merges_before]
-        # For each heading the merges, as bits, that have been reached in more cells: in this round, and in the last.
-        grown = self._present(reached)
-        n_rounds = 0
-        while any(grown):
-            n_rounds += 1
-            yield self._progress(n_rounds)
-            before, grown = grown, [0] * n_headings
-            for fork, (members, merges, ask) in enumerate(
-                zip(self.members_of_fork, self.merges_before, asks, strict=True)
-            ):
-                for heading in range(n_headings):
-                    if not (before[heading] | grown[heading]) & ask:
-                        continue
-                    starts = 0
-                    for merge in merges:
-                        starts |= reached[merge * n_headings + heading]
-                    starts &= unplayed[fork * n_headings + heading]
-                    if not starts:
-                        continue
-                    unplayed[fork * n_headings + heading] ^= starts
-                    for segment in members:
-                        merge = self.merge_of[segment]
-                        for turned, ways in self.leaving[segment * n_headings + heading]:
-                            arrived = _played(starts, ways)
-                            if tiled:
-                                arrived = fold(arrived)
-                            fresh = arrived & unreached[segment * n_headings + turned]
-                            if fresh:
-                                unreached[segment * n_headings + turned] ^= fresh
-                                reached[merge * n_headings + turned] |= fresh
-                                grown[turned] |= 1 << merge
-        return [inside ^ left for inside, left in zip(within, unreached, strict=True)]
-
-    def reaching_steps(self, seed: Planes, within: Planes) -> Generator[Progress, None, Planes]:
-        """``seed``, a subset of ``within``, and all nodes from which links lead to it inside ``within``."""
-        n_headings, layout = self.n_headings, self.layout
-        unreached = [inside ^ start for inside, start in zip(within, seed, strict=True)]
-        unmerged = [layout.ground] * (len(self.members_of_merge) * n_headings)
-        able = [0] * (len(self.members_of_fork) * n_headings)
-        asks = [sum(1 << fork for fork in forks) for forks in self.forks_after]
-        # For each heading the forks, as bits, that have become able in more cells: in this round, and in the last.
-        grown = [0] * n_headings
-
-        def reach(segment: int, heading: int, ends: int, grown: list[int]) -> None:
-            fork, ends = self.fork_of[segment], layout.extend(ends)
-            for start_heading, ways in self.entering[segment * n_headings + heading]:
-                start = fork * n_headings + start_heading
-                more = able[start] | _playable(ends, ways)
-                if more != able[start]:
-                    able[start] = more
-                    grown[start_heading] |= 1 << fork
-
-        for index, ends in enumerate(seed):
-            if ends:
-                reach(*divmod(index, n_headings), ends, grown)
-        n_rounds = 0
-        while any(grown):
-            n_rounds += 1
-            yield self._progress(n_rounds)
-            before, grown = grown, [0] * n_headings
-            # Segments follow their clips in ascending order; backwards, those that follow come first.
-            for merge in range(len(asks) - 1, -1, -1):
-                for heading in range(n_headings):
-                    if not (before[heading] | grown[heading]) & asks[merge]:
-                        continue
-                    merged = 0
-                    for fork in self.forks_after[merge]:
-                        merged |= able[fork * n_headings + heading]
-                    merged &= unmerged[merge * n_headings + heading]
-                    if not merged:
-                        continue
-                    unmerged[merge * n_headings + heading] ^= merged
-                    for segment in self.members_of_merge[merge]:
-                        fresh = merged & unreached[segment * n_headings + heading]
-                        if fresh:
-                            unreached[segment * n_headings + heading] ^= fresh
-                            reach(segment, heading, fresh, grown)
-        return [inside ^ left for inside, left in zip(within, unreached, strict=True)]
 
     def moves_within(self, nodes: Sequence[int]) -> Iterator[tuple[int, int, int, int, int]]:
         """For each stencil that leads to one of ``nodes``: segment, start heading, destination heading, shift and the
@@ -327,7 +236,7 @@ class PlaneNetwork:
         plane = np.repeat(np.arange(len(nodes)), [len(c) for c in cells])
         return np.column_stack([plane, np.concatenate(cells)]), np.concatenate(starts), np.concatenate(ends)
 
-    def _merged(self, nodes: Planes) -> Planes:
+    def merged(self, nodes: Planes) -> Planes:
         """For each merge and heading: where a set has a node of any of its segments."""
         return [plane for merge in range(len(self.members_of_merge)) for plane in self._merge(nodes, merge)]
 
@@ -347,24 +256,11 @@ class PlaneNetwork:
                 if ends:
                     ends = self.layout.extend(ends)
                     for heading, ways in entering:
-                        able[heading] |= _playable(ends, ways)
+                        able[heading] |= playable_from(ends, ways)
         return able
 
-    def _present(self, planes: Planes) -> list[int]:
-        """For each heading the groups, as bits, of those whose planes are not empty."""
-        n_groups = len(planes) // self.n_headings
-        return [
-            sum(1 << group for group in range(n_groups) if planes[group * self.n_headings + heading])
-            for heading in range(self.n_headings)
-        ]
 
-    def _progress(self, n_rounds: int) -> Progress:
-        """How far a closure is: the ground is crossed in some rounds, and then corners are left."""
-        expected = (self.layout.nx + self.layout.ny) / max(self.layout.reach_x, self.layout.reach_y, 1)
-        return Progress(n_rounds / (n_rounds + expected), "Following links")
-
-
-def _played(starts: int, ways: Ways) -> int:
+def played(starts: int, ways: Ways) -> int:
     """Where ways lead from ``starts``; on a tiled ground, not folded yet."""
     ends = 0
     for shift, valid in ways:
@@ -373,7 +269,7 @@ def _played(starts: int, ways: Ways) -> int:
     return ends
 
 
-def _playable(ends: int, ways: Ways) -> int:
+def playable_from(ends: int, ways: Ways) -> int:
     """From where ways lead to ``ends``, which are extended on a tiled ground."""
     starts = 0
     for shift, valid in ways:

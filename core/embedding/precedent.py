@@ -9,6 +9,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 from ..progress import Progress, portion
+from .closure import reached_from_steps, reaching_steps
 from .network import intersection, union
 from .plane_network import PlaneNetwork, Planes
 
@@ -36,9 +37,9 @@ class Precedent:
         """Those of ``nodes`` that may lie in a component of theirs with more than ``runner_up`` nodes: in what is left
         of the largest, or in one that is new. Yields progress."""
         ends = intersection(self.ends, nodes)
-        reached = yield from portion(network.reached_from_steps(ends, nodes), 0.0, 0.5)
+        reached = yield from portion(reached_from_steps(network, ends, nodes), 0.0, 0.5)
         starts = intersection(self.starts, reached)
-        new = yield from portion(network.reaching_steps(starts, reached), 0.5, 1.0)
+        new = yield from portion(reaching_steps(network, starts, reached), 0.5, 1.0)
         return union(new, intersection(self.nodes, nodes))
 
 

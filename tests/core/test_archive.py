@@ -257,6 +257,18 @@ def test_no_more_is_unpacked_than_the_file_can_hold():
         read(changed(lambda header: {**header, "content": {"a": 1}}, {}))
 
 
+def test_files_of_earlier_versions_open():
+    """They do not say how large other components are; then that is found out anew."""
+    embedding = small_archives()[0][1]
+    content, arrays = parts_to_arrays(*embedding.parts)
+    assert content.pop("runner_up") == embedding.runner_up is not None
+    read = embedding_from_bytes(archive_to_bytes(EMBEDDING_FORMAT, content, arrays))
+    assert read.runner_up is None
+    assert_same(replace(read, runner_up=embedding.runner_up), embedding)
+    again = embed(read.graph, read.environment, read.settings, previous=read)
+    assert again.planes == embedding.planes and again.runner_up == embedding.runner_up
+
+
 @settings(max_examples=200)
 @given(st.data())
 def test_values_that_do_not_fit_together_are_refused(data):
