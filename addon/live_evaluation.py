@@ -1,8 +1,10 @@
 """Keeping the embedding and the map of a scene up to date, a slice of work at a time."""
 
+import gc
 import time
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
 from statistics import median
@@ -162,18 +164,19 @@ class LiveEvaluation:
         self._step_began = time.perf_counter()
         until = self._step_began + budget
         try:
-            if self.painted:
-                self._count(scene)
-            elif self._steps is None:
-                self._begin(scene, depsgraph, map_only)
-            while self._steps is not None:
-                try:
-                    next(self._steps)
-                except StopIteration as stop:
-                    self._steps = None
-                    self._finish(scene, *stop.value)
-                if time.perf_counter() >= until:
-                    break
+            with _no_search_for_cycles():
+                if self.painted:
+                    self._count(scene)
+                elif self._steps is None:
+                    self._begin(scene, depsgraph, map_only)
+                while self._steps is not None:
+                    try:
+                        next(self._steps)
+                    except StopIteration as stop:
+                        self._steps = None
+                        self._finish(scene, *stop.value)
+                    if time.perf_counter() >= until:
+                        break
         except MotionGraphError as error:
             self._steps, self.error = None, str(error)
         except BaseException:
@@ -292,3 +295,17 @@ class LiveEvaluation:
         floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted)
         keep_painted(scene, floor, embedding, key)
         found.summary.update(painted.numbers)
+
+
+@contextmanager
+def _no_search_for_cycles() -> Iterator[None]:
+    """Python looks for cyclic garbage after so many new objects, at times through all that Blender and its extensions
+    ever made: as long again as half the work, which leaves no cycles behind.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
