@@ -5,6 +5,7 @@ Each module listed here has its own ``register`` and ``unregister``; the root pa
 
 from . import (
     command,
+    environment_sight,
     environment_view,
     live,
     operators,
@@ -25,6 +26,7 @@ _MODULES = (
     scene_changes,
     live,
     pruned_embedding,
+    environment_sight,
     environment_view,
     operators,
     presets,

@@ -1,20 +1,23 @@
 """The environment as the viewport shows it: made when the scene has changed, never while drawing."""
 
 import time
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import bpy
 
 from ..core.errors import MotionGraphError
-from ..core.progress import finish
+from ..core.progress import Progress, finish
+from .environment_sight import windows_in_sight
 from .inputs import environment_settings_fingerprint, make_environment_steps, read_shapes
-from .properties.floor_map import CHANGE_LISTENERS
 from .render.environment_lines import Lines, environment_lines
 from .scene_changes import LISTENERS, Listener, shape_memory, start_timer, stop_timer
 from .state import redraw, results
 
 _LOOK = 0.1
-"""Seconds between two looks at the settings while the environment is shown."""
+"""Seconds between two looks at the settings while the environment is in sight."""
+_SLICE = 0.03
+"""Seconds of work after which Blender has its turn, if the work can be interrupted there."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +30,6 @@ class EnvironmentView:
 
 
 _views: dict[int, tuple[str, EnvironmentView]] = {}
-_changed = True
-_next = 0.0
 
 
 def environment_view(scene) -> EnvironmentView:
@@ -36,10 +37,20 @@ def environment_view(scene) -> EnvironmentView:
     return _views.get(scene.session_uid, ("", EnvironmentView()))[1]
 
 
+def keep_looking() -> None:
+    """Have the views follow their scenes, for as long as an environment is in sight."""
+    start_timer(_tick)
+
+
 def look(scene, depsgraph) -> bool:
     """Make the view of a scene anew if its shapes or settings have changed; whether they had."""
-    settings, before = environment_settings_fingerprint(scene), _views.get(scene.session_uid)
-    memory = shape_memory(scene)
+    return finish(look_steps(scene, depsgraph))
+
+
+def look_steps(scene, depsgraph) -> Generator[Progress, None, bool]:
+    """The same in steps; after the first, nothing of Blender's is needed any more."""
+    key, settings, memory = scene.session_uid, environment_settings_fingerprint(scene), shape_memory(scene)
+    before = _views.get(key)
     try:
         shapes = read_shapes(scene, depsgraph, memory)
         seen = f"{settings} {shapes.fingerprint}"
@@ -49,71 +60,99 @@ def look(scene, depsgraph) -> bool:
         if found.embedding is not None and found.made_from.get("embedding") == (settings, shapes.fingerprint):
             environment = found.embedding.environment
         else:
-            environment = finish(make_environment_steps(scene, shapes, memory))
+            environment = yield from make_environment_steps(scene, shapes, memory)
         view = EnvironmentView(environment_lines(environment, shapes.ground_height), shapes.ground_height)
     except MotionGraphError as error:
         seen = f"{settings} {error}"
         view = EnvironmentView(error=str(error))
-    _views[scene.session_uid] = (seen, view)
+    _views[key] = (seen, view)
     return before is None or before[0] != seen
 
 
-_settings = ""
+_n_changes = 0
+_looked: dict[int, tuple] = {}
+_work: Generator[Progress, None, bool] | None = None
+_next = 0.0
 
 
 def _tick() -> float | None:
-    """Look at the scene from time to time, for as long as its environment is shown."""
-    global _changed, _settings, _next
-    scene = bpy.context.scene
-    if scene is None or not scene.wayfarer.overlay.show_environment:
+    """Look at the scenes from time to time, for as long as an environment is in sight."""
+    global _work, _next
+    windows = windows_in_sight()
+    if not windows:
+        _stop()
         return None
-    settings = environment_settings_fingerprint(scene)
-    if not (_changed or settings != _settings) or time.perf_counter() < _next:
-        return _LOOK
-    _changed, _settings = False, settings
     started = time.perf_counter()
-    if look(scene, bpy.context.evaluated_depsgraph_get()):
-        redraw()
-    # Where it takes long, it must not take more than a fifth of the time.
+    if started < _next:
+        return _LOOK
+    if _work is None:
+        _work = _next_work(windows)
+    if _work is None:
+        return _LOOK
+    try:
+        while time.perf_counter() - started < _SLICE:
+            next(_work)
+        return 0.0
+    except StopIteration as end:
+        _work = None
+        if end.value:
+            redraw()
+    # Where one step takes long, it must not take more than a fifth of the time.
     _next = time.perf_counter() + 4 * (time.perf_counter() - started)
     return _LOOK
 
 
-def _start() -> None:
-    start_timer(_tick)
+def _next_work(windows: list[bpy.types.Window]) -> Generator[Progress, None, bool] | None:
+    """A look at the first scene of which something may have changed since the last."""
+    for window in windows:
+        scene = window.scene
+        state = _state(scene)
+        if _looked.get(scene.session_uid) != state:
+            _looked[scene.session_uid] = state
+            with bpy.context.temp_override(window=window):
+                return look_steps(scene, bpy.context.evaluated_depsgraph_get())
+    return None
 
 
-def _on_change(scene, *_) -> None:
-    global _changed
-    if scene.wayfarer.overlay.show_environment:
-        _changed = True
-        _start()
+def _state(scene) -> tuple:
+    """What differs if something may have changed; of what scripts set here, Blender does not tell."""
+    settings = scene.wayfarer.environment
+    return (
+        _n_changes,
+        environment_settings_fingerprint(scene),
+        *(settings.ground_source, *settings.ground_low, *settings.ground_high, settings.ground_height),
+        *(block and block.session_uid for block in (settings.ground, settings.obstacles)),
+        *(region.object and region.object.session_uid for region in settings.regions),
+    )
 
 
-def _on_exchange() -> None:
-    global _changed
-    _changed = True
+def _stop() -> None:
+    """Give up what is being looked at, to be looked at again."""
+    global _work
+    if _work is not None:
+        _work = None
+        _looked.clear()
+
+
+def _on_change(*_) -> None:
+    global _n_changes
+    _n_changes += 1
 
 
 def _on_load() -> None:
+    _stop()
     _views.clear()
-    _on_exchange()
+    _looked.clear()
 
 
-def _on_setting(_) -> None:
-    _start()
-
-
-_LISTENER = Listener(changed=_on_change, exchanged=_on_exchange, closed=_on_load, opened=_start)
+_LISTENER = Listener(changed=_on_change, exchanged=_on_change, closed=_on_load)
 
 
 def register():
     LISTENERS.append(_LISTENER)
-    CHANGE_LISTENERS.append(_on_setting)
 
 
 def unregister():
-    CHANGE_LISTENERS.remove(_on_setting)
     LISTENERS.remove(_LISTENER)
     stop_timer(_tick)
     _on_load()

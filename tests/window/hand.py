@@ -78,6 +78,11 @@ def count_redraws() -> None:
         bpy.types.SpaceView3D.draw_handler_add(count, (kind,), kind, "POST_PIXEL")
 
 
+def n_drawn(kind: str = "WINDOW") -> int:
+    """How often the viewport, or its sidebar, has been drawn since :func:`count_redraws`."""
+    return _drawn[kind]
+
+
 def redrawn(times: int = 2, kind: str = "WINDOW") -> Turns:
     """Until the viewport has been drawn anew, twice: what the first drawing asks for comes with the second.
 
@@ -163,7 +168,8 @@ def rest() -> Turns:
     """Move the mouse to an empty corner of the viewport, where nothing lights up and no tooltip opens."""
     view = region()
     yield from move(view.x + view.width * 0.2, view.y + view.height * 0.1)
-    yield from redrawn(kind="UI")
+    if region("UI").width > 1:
+        yield from redrawn(kind="UI")
 
 
 def press_in_viewport(kind: str, **modifiers: bool) -> Turns:

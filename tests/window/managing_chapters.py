@@ -6,7 +6,7 @@ import hand
 import numpy as np
 import picture
 import sidebar
-from scene_facts import badges, keep_picture, legend_facts, settings
+from scene_facts import badges, keep_picture, legend_facts, part, settings
 
 _PRESETS = {False: 94, True: 158}
 """Pixels from the right edge of the sidebar to the button of a panel's presets: beside a check mark, and beside the
@@ -33,15 +33,11 @@ def add_region(note) -> hand.Turns:
     yield from editors.fill("Environment", f"{path}.tag", "step")
     yield from hand.until(lambda: badges()["embedding"], "the embedding to be out of date")
     note("region", [region.object.name, region.rule, region.tag])
-    yield from hand.redrawn()
-    plain = picture.pixels()
-    yield from sidebar.press_button("Environment", "wayfarer.overlay.show_environment")
-    view = hand.region()
-    yield from hand.until(lambda: _differs(plain, view) > 500, "the lines of the environment", 20)
+    color = part("render.environment_lines").RULES[part("properties.environment").RegionRule.FORBID]
+    yield from hand.until(lambda: _n_pixels(color) > 100, "the outline of the region", 20)
     yield from hand.rest()
-    note("drawn", _differs(plain, view))
+    note("drawn", _n_pixels(color))
     keep_picture("38_regions")
-    yield from sidebar.press_button("Environment", "wayfarer.overlay.show_environment")
     yield from sidebar.press_button("Environment", "wayfarer.remove_region", sidebar.BESIDE_LIST)
     yield from hand.until(lambda: len(regions) == before, "the region to be gone")
     note("object_stays", rug.name in bpy.data.objects)
@@ -50,10 +46,11 @@ def add_region(note) -> hand.Turns:
     yield from sidebar.close_part("Environment", "Regions")
 
 
-def _differs(before: np.ndarray, view) -> int:
-    """How many pixels of the viewport differ from those before."""
-    rows, columns = slice(view.y, view.y + view.height), slice(view.x, hand.region("UI").x)
-    return int((np.abs(picture.pixels()[rows, columns].astype(int) - before[rows, columns]) > 24).any(axis=2).sum())
+def _n_pixels(color) -> int:
+    """How many pixels of the viewport, beside the sidebar, have nearly an sRGB colour."""
+    view = hand.region()
+    shown = picture.pixels()[view.y : view.y + view.height, view.x : hand.region("UI").x]
+    return int((np.abs(shown - 255 * np.array(color[:3])).max(axis=2) < 24).sum())
 
 
 def keep_preset(note) -> hand.Turns:

@@ -33,6 +33,11 @@ def changed_box(before: np.ndarray, after: np.ndarray, least: int = 8) -> tuple[
     )
 
 
+def n_changed(before: np.ndarray, after: np.ndarray, least: int = 24) -> int:
+    """How many pixels differ by more than ``least``."""
+    return int((np.abs(after.astype(int) - before) > least).any(axis=2).sum())
+
+
 def nearest_distance(colors: np.ndarray, wanted) -> int:
     """How far the nearest pixel is from an sRGB colour (0 to 1): the largest difference of a channel, in 1/255."""
     differences = np.abs(colors.reshape(-1, 3).astype(int) - np.round(255 * np.asarray(wanted)).astype(int))

@@ -29,6 +29,7 @@ CHAPTERS = (
     making_chapters.look_around,
     making_chapters.add_character,
     making_chapters.add_room,
+    making_chapters.show_environment,
     making_chapters.cancel_building,
     making_chapters.build,
     making_chapters.embed,

@@ -20,6 +20,8 @@ _STEP = 14
 """Pixels between two places where a button is looked for: less than the height of one."""
 _COLUMNS = 0.65, 0.3
 """Parts of the sidebar's width where buttons are looked for, one after the other."""
+_TABS = 10
+"""Pixels from the right edge of the sidebar to the middle of the tabs."""
 _STILL = 0.2
 """Seconds without a change after which panels have come to rest."""
 TICKS, BESIDE_LABEL, BESIDE_LIST = 0.113, 0.42, 0.83
@@ -103,6 +105,25 @@ def open_panel(label: str) -> Turns:
         yield from _click_header(labels.index(_open.pop()), 0.45)
     yield from _click_header(labels.index(label))
     _open.append(label)
+
+
+def close_panel(label: str) -> Turns:
+    """Close a panel that :func:`open_panel` opened."""
+    if [label] == _open:
+        _open.clear()
+        yield from _click_header(panels().index(label), 0.45)
+
+
+def turn_tabs(steps: int) -> Turns:
+    """Turn the wheel over the tabs, with Ctrl: to those further down, or further up for negative steps."""
+    side = hand.region("UI")
+    for _ in range(abs(steps)):
+        # A tab that has been turned to knows of the mouse when it moves.
+        yield from hand.move(side.x + side.width - _TABS - hand.mouse()[0] % 2, side.y + 0.5 * side.height)
+        before = side.active_panel_category
+        yield from hand.press_wheel("WHEELDOWNMOUSE" if steps > 0 else "WHEELUPMOUSE", ctrl=True)
+        yield from hand.until(lambda before=before: side.active_panel_category != before, "another tab", 10)
+        yield from hand.redrawn(1, "UI")
 
 
 def open_part(panel: str, part: str) -> Turns:

@@ -6,7 +6,7 @@ Draw handlers run at every redraw: they compute nothing, hold no reference to Bl
 import bpy
 
 from ...render.screen_box import guarded
-from .environment import draw_environment
+from .environment import draw_environment, notice_sidebar
 from .legend import draw_legend
 
 _handles = []
@@ -16,10 +16,15 @@ def register():
     # Without a window nothing is drawn, and there is nothing to draw with.
     if bpy.app.background:
         return
-    for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_environment, "POST_VIEW")):
-        _handles.append(bpy.types.SpaceView3D.draw_handler_add(guarded(draw), (), "WINDOW", moment))
+    for draw, region, moment in (
+        (draw_legend, "WINDOW", "POST_PIXEL"),
+        (draw_environment, "WINDOW", "POST_VIEW"),
+        (notice_sidebar, "UI", "POST_PIXEL"),
+    ):
+        handle = bpy.types.SpaceView3D.draw_handler_add(guarded(draw), (), region, moment)
+        _handles.append((handle, region))
 
 
 def unregister():
     while _handles:
-        bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), "WINDOW")
+        bpy.types.SpaceView3D.draw_handler_remove(*_handles.pop())

@@ -6,7 +6,8 @@ import bpy
 import gpu
 from gpu_extras.batch import batch_for_shader
 
-from ...environment_view import EnvironmentView, environment_view
+from ...environment_sight import sidebar_is_drawn, viewport_is_drawn
+from ...environment_view import EnvironmentView, environment_view, keep_looking
 from ...render.environment_lines import Lines, body_lines
 
 _WIDTH = 2.0
@@ -15,11 +16,17 @@ _WIDTH = 2.0
 _batches: dict[int, tuple[EnvironmentView, list]] = {}
 
 
+def notice_sidebar() -> None:
+    """Draws nothing: the sidebar has been drawn, and may show the panel or not show it any more."""
+    sidebar_is_drawn(bpy.context)
+
+
 def draw_environment() -> None:
     context = bpy.context
-    scene, space, region = context.scene, context.space_data, context.region
-    if scene is None or not space.overlay.show_overlays or not scene.wayfarer.overlay.show_environment:
+    scene, region = context.scene, context.region
+    if not viewport_is_drawn(context):
         return
+    keep_looking()
     view, settings = environment_view(scene), scene.wayfarer
     if scene.session_uid not in _batches or _batches[scene.session_uid][0] is not view:
         _batches.clear()

@@ -3,6 +3,7 @@
 import bpy
 
 from ...advice import environment_advice
+from ...environment_sight import panel_is_drawn
 from .step import Sidebar, Step, draw_sentences, split_properties
 
 
@@ -14,6 +15,8 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
         return scene.wayfarer.environment.has_ground
 
     def draw(self, context):
+        if not self.is_popover:
+            panel_is_drawn(context)
         layout, settings = self.layout, context.scene.wayfarer.environment
         if settings.ground is None and settings.obstacles is None:
             draw_sentences(context, layout, ["Choose a ground or obstacles, or add a room"], "INFO")
