@@ -48,7 +48,17 @@ REQUIREMENTS = ROOT / "requirements.txt"
 MANIFEST = ROOT / "blender_manifest.toml"
 EXTENSION_ID = "wayfarer"
 # What Blender needs of the checkout; everything else is for developers.
-SHIPPED = ("__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "assets", "core")
+SHIPPED = (
+    "__init__.py",
+    "blender_manifest.toml",
+    "LICENSE",
+    "README.md",
+    "CHANGELOG.md",
+    "addon",
+    "assets",
+    "core",
+    "docs",
+)
 
 # The Pythons that bpy has a wheel for, see requirements.txt.
 BPY_PYTHONS = ("3.11", "3.13")
@@ -410,6 +420,20 @@ def copy_shipped(folder):
             shutil.copy2(source, folder / name)
 
 
+def keep_inner_links(folder):
+    """In the pages of what is shipped, make plain words of links to files that stay behind."""
+    for page in folder.rglob("*.md"):
+
+        def link_or_words(link, page=page):
+            words, target = link.groups()
+            path = target.partition("#")[0]
+            is_there = not path or re.match(r"[a-z]+:", path) or (page.parent / path).exists()
+            return link.group() if is_there else words
+
+        text = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", link_or_words, page.read_text("utf-8"))
+        page.write_bytes(text.encode("utf-8"))
+
+
 def this_platform():
     system = {"Linux": "linux", "Windows": "windows", "Darwin": "macos"}.get(platform.system(), "unknown")
     machine = {"x86_64": "x64", "amd64": "x64", "aarch64": "arm64"}.get(
@@ -460,6 +484,7 @@ def build_archive(platform_name, wheels, archive, python):
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / EXTENSION_ID
         copy_shipped(source)
+        keep_inner_links(source)
         (source / "wheels").mkdir()
         for wheel in wheels:
             shutil.copy2(wheel, source / "wheels")

@@ -1,7 +1,14 @@
 """What can be wrong with the input, as exceptions whose text is shown to the artist.
 
-Each message is a full sentence that names the clip, bone, object or setting, and the remedy.
+Each message is a full sentence that names the clip, bone, object or setting, and the remedy. A setting is called what
+the interface calls it: "use a larger Cell Size".
 """
+
+NOTHING_FITS = (
+    "no endless walk fits into this scene. Use more clips, a shorter Min Segment, a smaller Radius or more Position "
+    "Edit, or remove obstacles."
+)
+"""Why an embedding is empty, and what helps."""
 
 
 class MotionGraphError(Exception):

@@ -26,7 +26,7 @@ def capture_finding_steps(embedding: Embedding, n_candidates: int) -> Generator[
         embedding,
         table(columns, rows),
         numbers=(
-            ("Tried", f"{len(tried):,} of {counted(n_known, 'motion')}"),
+            ("Tried", f"{wording.number(len(tried))} of {counted(n_known, 'motion')}"),
             ("Would Help", str(len(useful))),
             ("Best Opens", best),
         ),

@@ -39,8 +39,8 @@ def _metrics(embedding: Embedding, found: Metrics) -> Finding:
             ("Actions", f"{wording.share(float(found.actions.shares.mean()))} of the floor"),
             *efficiency,
             ("Maneuverability", wait),
-            ("Turn Balance", f"{turns.total:+.2f} ({_leaning(turns.total)})"),
-            ("Links Unused", f"{len(found.links.idle_links):,} of {len(found.links.links):,}"),
+            ("Turn Balance", f"{wording.balance(turns.total)} ({_leaning(turns.total)})"),
+            ("Links Unused", wording.of(len(found.links.idle_links), len(found.links.links))),
         ),
         sentences=tuple(found.describe()),
     )

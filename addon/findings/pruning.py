@@ -57,7 +57,10 @@ def _numbers(curve: PruningCurve) -> tuple[tuple[str, str], ...]:
     numbers = [("Most at a Place", counted(int(curve.k[-1]), "segment"))]
     return (
         *numbers,
-        *((f"Keep {share:.0%} of Floor", f"k {k}, {links} of links") for share, k, links in _prices(curve)),
+        *(
+            (f"Keep {wording.exact_share(share)} of Floor", f"k {k}, {links} of links")
+            for share, k, links in _prices(curve)
+        ),
     )
 
 
@@ -75,6 +78,7 @@ def _sentences(curve: PruningCurve) -> tuple[str, ...]:
     if not len(curve.k):
         return ("The embedding is empty: there is nothing to prune.",)
     prices = "; ".join(
-        f"k = {k} keeps {share:.0%} of it with {links} of the links" for share, k, links in _prices(curve)
+        f"k = {k} keeps {wording.exact_share(share)} of it with {links} of the links"
+        for share, k, links in _prices(curve)
     )
     return (f"Up to {counted(int(curve.k[-1]), 'segment')} end at a place of the covered floor: {prices}.",)

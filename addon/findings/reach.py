@@ -15,7 +15,10 @@ def reach_finding(field: ReachField, query: Query) -> Finding:
     found, seconds = reach_table(field, query.times), field.floor()
     longest = float(seconds[np.isfinite(seconds)].max(initial=0.0))
     rows = np.array(found.rows, dtype=float).tolist()
-    numbers = [(f"Within {time:g} s", f"{wording.area(area)} ({wording.share(share)})") for time, area, share in rows]
+    numbers = [
+        (f"Within {wording.exact(time)} s", f"{wording.area(area)} ({wording.share(share)})")
+        for time, area, share in rows
+    ]
     return Finding(
         REACH,
         embedding,

@@ -23,7 +23,7 @@ def weak_spots_finding_steps(embedding: Embedding, settings: WeakSpotSettings) -
         embedding,
         weak_spots_table(found),
         numbers=(
-            ("Weak Spots", f"{len(found.spots):,} ({wording.area(found.area)})"),
+            ("Weak Spots", f"{wording.number(len(found.spots))} ({wording.area(found.area)})"),
             ("Not Reached", wording.area(unreached)),
             ("Few Ways", wording.area(found.area - unreached)),
         ),
@@ -40,7 +40,7 @@ def _row(spot: WeakSpot) -> Row:
     sentence = spot.describe() + "."
     return Row(
         wording.area(spot.area),
-        f"{x:.1f}, {y:.1f}",
+        wording.coordinates(x, y),
         reason,
         sentence,
         _ICONS[spot.weakness],

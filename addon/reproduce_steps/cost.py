@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.embedding import embed
 from ...core.environment.environment import build_environment
 from ...core.environment.grid import Grid
@@ -62,15 +63,17 @@ def measure_cost(graphs: Graphs, room: Place, tile: Place, sides: tuple[int, ...
                 f"Time against links of the motion graph ({links[0]} to {links[-1]})",
                 "linear",
                 f"{by_links.text('link')}",
-                f"{links[-1] / links[0]:.0f} times as many links take {seconds[-1] / seconds[0]:.1f} times as long: "
-                "segments with the same parents or children share their work, and no link is ever stored. A graph that "
+                f"{wording.short(links[-1] / links[0])} times as many links take "
+                f"{wording.amount(seconds[-1] / seconds[0])} times as long: segments with the same parents or children "
+                "share their work, and no link is ever stored. A graph that "
                 "hardly holds together costs extra: small components are tried before the largest is found.",
             ),
             Comparison(
-                f"Time against area ({areas[0]:.0f} to {areas[-1]:.0f} m²)",
+                f"Time against area ({wording.amount(areas[0])} to {wording.area(areas[-1])})",
                 "linear",
                 f"{by_area.text('m²')}",
-                f"{areas[-1] / areas[0]:.0f} times the area takes {area_seconds[-1] / area_seconds[0]:.1f} times as "
+                f"{wording.short(areas[-1] / areas[0])} times the area takes "
+                f"{wording.amount(area_seconds[-1] / area_seconds[0])} times as "
                 "long: what does not depend on the area, the paths of all segments, is a large part on small grounds.",
             ),
         ),
@@ -87,7 +90,7 @@ class Fit:
         self.explained = float(1 - (rest @ rest) / max(((y - y.mean()) ** 2).sum(), 1e-12))
 
     def text(self, unit: str) -> str:
-        return f"{self.start:.2f} s {1000 * self.slope:+.2f} ms per {unit} (R² {self.explained:.2f})"
+        return f"{wording.time(self.start)} {1000 * self.slope:+.2f} ms per {unit} (R² {self.explained:.2f})"
 
     def numbers(self) -> dict[str, float]:
         return {"seconds": self.start, "seconds_each": self.slope, "r_squared": self.explained}

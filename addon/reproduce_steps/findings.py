@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from ...core import wording
 from ...core.report.drawing import Drawing
 from ...core.report.page import Section
 
@@ -45,13 +46,6 @@ class Findings:
     comparisons: tuple[Comparison, ...] = ()
 
 
-def thousands(value: float) -> str:
-    """A count as the paper writes it: "198 k", "1.47 M"."""
-    if value >= 999_500:
-        return f"{value / 1e6:.3g} M"
-    return f"{value / 1e3:.3g} k" if value >= 1000 else f"{value:.0f}"
-
-
 def size_of(embedding) -> str:
     """Nodes and links: "198 k / 1.47 M"."""
-    return f"{thousands(embedding.n_nodes)} / {thousands(embedding.n_links)}"
+    return f"{wording.short(embedding.n_nodes)} / {wording.short(embedding.n_links)}"

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from ...core import wording
 from ...core.embedding.footprint import FootprintSettings
 from ...core.embedding.growth import gridded_growth, theoretical_growth
 from ...core.environment.grid import Grid
@@ -31,7 +32,7 @@ def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
             grown = gridded_growth(segment, grid, _WIDE, N_STEPS)
             cells = [np.unique(ends[:, :2], axis=0) for ends in grown]
             cell, angle = 100 * grid.cell_size, np.degrees(grid.heading_step)
-            title = f"1 m {name}: cells of {cell:g} cm, headings of {angle:g}°"
+            title = f"1 m {name}: cells of {wording.exact(cell)} cm, headings of {wording.exact(angle)}°"
             outlines = [ends[hull.vertices, :2] for ends, hull in zip(theory, hulls, strict=True)]
             figures[f"figure_4_{name}_{cell:g}cm"] = _chart(title, cells, grid.cell_size, outlines)
             ratios[name, grid.cell_size] = [
@@ -42,7 +43,7 @@ def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
         "Area on the grid, as a multiple of that in theory",
         "steps",
         "times",
-        [Series(f"{n}, {100 * c:g} cm", steps, np.array(r)) for (n, c), r in ratios.items()],
+        [Series(f"{n}, {wording.exact(100 * c)} cm", steps, np.array(r)) for (n, c), r in ratios.items()],
     )
     figures["figure_4_ratio"] = growth
     coarse = ratios["straight", 0.125][-1], ratios["turning", 0.125][-1]
@@ -56,9 +57,10 @@ def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
                     "Where repeated steps may end, with edits of up to 0.15 m and 0.12 rad for each metre of path. A "
                     "grid that is too coarse would promise more or less than edits allow: between 15° headings, edits "
                     "of 0.12 rad (6.9°) never reach the next one, so that there the reach does not fan out. After "
-                    f"{N_STEPS} steps the gridded area is {coarse[0]:.2f} (straight) and {coarse[1]:.2f} times "
-                    f"(turning) the theoretical one with the paper's grid, {fine[0]:.2f} and {fine[1]:.2f} times with "
-                    "cells half as large and headings a third as far apart."
+                    f"{N_STEPS} steps the gridded area is {wording.amount(coarse[0])} (straight) and "
+                    f"{wording.amount(coarse[1])} times (turning) the theoretical one with the paper's grid, "
+                    f"{wording.amount(fine[0])} and {wording.amount(fine[1])} times with cells half as large and "
+                    "headings a third as far apart."
                 ),
                 FigureRow(tuple(Figure(chart, captions) for name, chart in figures.items() if "cm" in name)),
                 Figure(growth, "Cells count with their whole area, which makes one step on a coarse grid look large."),
@@ -70,9 +72,9 @@ def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
             Comparison(
                 "Fig. 4: gridded / theoretical area after 4 steps",
                 "drawn",
-                f"{coarse[0]:.2f} straight, {coarse[1]:.2f} turning",
+                f"{wording.amount(coarse[0])} straight, {wording.amount(coarse[1])} turning",
                 "Drawn without a number in the paper; 1 would be the same. Edits of less than half a heading do not "
-                f"spread on the grid; with 5° headings it is {fine[0]:.2f} and {fine[1]:.2f}.",
+                f"spread on the grid; with 5° headings it is {wording.amount(fine[0])} and {wording.amount(fine[1])}.",
             ),
         ),
     )

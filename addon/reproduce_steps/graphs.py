@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...core import wording
 from ...core.embedding.footprint import path_length
 from ...core.errors import MotionGraphError
 from ...core.motion.clip import MotionClip
@@ -115,23 +116,23 @@ def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Fin
     stepping = (
         "None of them steps over anything."
         if first is None
-        else f"The motion that steps over takes part from a threshold of {first:g} on."
+        else f"The motion that steps over takes part from a threshold of {wording.exact(first)} on."
     )
     return Findings(
         Section(
             "The motion graph",
             (
                 Paragraph(
-                    f"{len(graphs.clips)} motions, {seconds:.0f} s. The paper does not tell its threshold and its "
-                    "minimum length. For each of some minimum lengths the threshold was sought that gives as many "
+                    f"{len(graphs.clips)} motions, {wording.time(seconds)}. The paper does not tell its threshold and "
+                    "its minimum length. For each of some minimum lengths the threshold was sought that gives as many "
                     f"links as possible, but at most {PAPER_LINKS}; nearest is the graph whose number of segments "
                     f"differs least from {PAPER_SEGMENTS}.{doctored}"
                 ),
                 tried,
                 Paragraph(
-                    f"Ours by default (threshold {best.max_cost:g}, minimum "
-                    f"{MotionGraphSettings().min_segment_duration:g} s) has {len(best.segments)} segments and "
-                    f"{len(best.links)} links from {_n_clips(best)} clips: a looser threshold, so that more of the "
+                    f"Ours by default (threshold {wording.exact(best.max_cost)}, minimum "
+                    f"{wording.exact(MotionGraphSettings().min_segment_duration)} s) has {len(best.segments)} segments "
+                    f"and {len(best.links)} links from {_n_clips(best)} clips: a looser threshold, so that more of the "
                     f"motion is used. {stepping}"
                 ),
                 FigureRow(
@@ -151,7 +152,7 @@ def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Fin
             Comparison(
                 "Motion capture: motions, seconds",
                 f"{PAPER_MOTIONS}, {PAPER_SECONDS} s",
-                f"{len(graphs.clips)}, {seconds:.0f} s",
+                f"{len(graphs.clips)}, {wording.time(seconds)}",
                 "The paper's clips are not published; these were chosen to be alike."
                 if len(graphs.clips) == PAPER_MOTIONS
                 else "Other motion: the recorded clips are not at hand, these are procedural.",
@@ -160,10 +161,11 @@ def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Fin
                 "Motion graph: segments, links",
                 f"{PAPER_SEGMENTS}, {PAPER_LINKS}",
                 f"{len(nearest.segments)}, {len(nearest.links)}",
-                f"Found by search, threshold {nearest.max_cost:.3f} and minimum {graphs.nearest_duration:g} s. Counts "
-                f"alike, but not the motion in them: so strict a threshold leaves {_n_clips(nearest)} of "
-                f"{len(graphs.clips)} clips, in segments of {mean_length(nearest)[0]:.2f} s on average (the paper's "
-                f"last up to {PAPER_SECONDS / PAPER_SEGMENTS:.1f} s)"
+                f"Found by search, threshold {wording.short(nearest.max_cost)} and minimum "
+                f"{wording.exact(graphs.nearest_duration)} s. Counts alike, but not the motion in them: so strict a "
+                f"threshold leaves {_n_clips(nearest)} of {len(graphs.clips)} clips, in segments of "
+                f"{wording.time(mean_length(nearest)[0])} on average (the paper's last up to "
+                f"{wording.time(PAPER_SECONDS / PAPER_SEGMENTS)})"
                 + (
                     "."
                     if steps_over(nearest)

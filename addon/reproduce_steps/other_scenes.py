@@ -38,15 +38,17 @@ def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Findings]:
     length = float(np.linalg.norm(np.diff(walk[:, :2], axis=0), axis=1).sum())
     captions = (
         f"{size_of(embedding)} nodes / links. What leaves on one side enters on the other.",
-        f"The tile laid {N_TILES} x {N_TILES} times: {length:.0f} m of a random walk that goes on across the seams.",
+        f"The tile laid {N_TILES} x {N_TILES} times: {wording.length(length)} of a random walk that goes on across the "
+        "seams.",
     )
     return embedding, Findings(
         Section(
             "Fig. 9: a tile, and a walk across tiles",
             (
                 Paragraph(
-                    f"{grid.size[0]:g} x {grid.size[1]:g} m, cells of {100 * grid.cell_size:g} cm, {grid.n_headings} "
-                    f"headings, tiled. {environment_coverage(embedding).describe()}"
+                    f"{wording.exact(grid.size[0])} x {wording.exact(grid.size[1])} m, cells of "
+                    f"{wording.exact(100 * grid.cell_size)} cm, {grid.n_headings} headings, tiled. "
+                    f"{environment_coverage(embedding).describe()}"
                 ),
                 FigureRow(tuple(Figure(c, text) for c, text in zip(figures.values(), captions, strict=True))),
             ),
@@ -57,7 +59,7 @@ def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Findings]:
             Comparison(
                 "Fig. 9: tile of 6 x 6 m, 15 cm, 15°",
                 "a walk across tiles (drawn)",
-                f"{size_of(embedding)}; {length:.0f} m across tiles",
+                f"{size_of(embedding)}; {wording.length(length)} across tiles",
                 "Other obstacles: the paper's tile is not published.",
             ),
         ),
@@ -118,8 +120,9 @@ def draw_crowds(scenes: dict[str, tuple[Place, Embedding]], n_walkers: int, seco
             walks=walks,
         )
         words.append(
-            f"{place.layout.label} ({size[0]:g} x {size[1]:g} m): {len(found.walks)} of {n_walkers} walk for "
-            f"{seconds:g} s and never come closer than {found.closest:.2f} m."
+            f"{place.layout.label} ({wording.exact(size[0])} x {wording.exact(size[1])} m): {len(found.walks)} of "
+            f"{n_walkers} walk for {wording.exact(seconds)} s and never come closer than "
+            f"{wording.length(found.closest)}."
         )
         numbers[name] = {"walkers": len(found.walks), "closest_m": found.closest}
     caption = "Each begins at its square. Ways may cross: the walkers are there at different times."

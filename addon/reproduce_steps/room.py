@@ -16,7 +16,7 @@ from ...core.report.floor_chart import FloorWalk, amount_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import Table, table
 from ..sample.layouts import STEP_MARGIN
-from .findings import Comparison, Findings, size_of, thousands
+from .findings import Comparison, Findings, size_of
 from .graphs import PAPER_LINKS, PAPER_SEGMENTS, Graphs, children_per_segment, mean_length, steps_over
 from .stage import Place, timed
 
@@ -82,10 +82,10 @@ def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms,
     over = across * with_step.environment.grid.cell_size**2
     grid = with_step.environment.grid
     text = (
-        f"{grid.size[0]:g} x {grid.size[1]:g} m in cells of {100 * grid.cell_size:g} cm and {grid.n_headings} "
-        f"headings. {environment_coverage(best).describe()} {wording.area(over)} of it lie beyond the step. The "
-        "green line is "
-        f"a random walk of {walk.duration:.0f} s, drawn again and again until one crosses the step."
+        f"{wording.exact(grid.size[0])} x {wording.exact(grid.size[1])} m in cells of "
+        f"{wording.exact(100 * grid.cell_size)} cm and {grid.n_headings} headings. "
+        f"{environment_coverage(best).describe()} {wording.area(over)} of it lie beyond the step. The green line is a "
+        f"random walk of {wording.time(walk.duration)}, drawn again and again until one crosses the step."
     )
     captions = (
         f"Our best graph: {size_of(best)} nodes / links. The lighter, the more ways; hatched: only stepping over.",
@@ -167,38 +167,41 @@ def _origin(name: str, metres: float | None, n_segments: int, n_graph_links: int
 
 def _comparisons(graphs: Graphs, best, sparse, shares, seconds: float, origins: Table) -> tuple[Comparison, ...]:
     paper_per_node = PAPER_EMBEDDED_LINKS / PAPER_NODES
-    rows = origins.records()
+    per_child = [float(row["elements per child"] or 0) for row in origins.records()]
     metres = mean_length(graphs.nearest)[1]
     why = (
-        f"{children_per_segment(graphs.best):.1f} children per segment instead of {PAPER_LINKS / PAPER_SEGMENTS:.1f}: "
-        "with more ways on, more places are strongly connected and each has more links."
+        f"{wording.amount(children_per_segment(graphs.best))} children per segment instead of "
+        f"{wording.amount(PAPER_LINKS / PAPER_SEGMENTS)}: with more ways on, more places are strongly connected and "
+        "each has more links."
     )
-    faster = f"{PAPER_TIME / seconds:,.0f} times as fast; on other hardware, and without ever storing a link."
+    faster = f"{wording.short(PAPER_TIME / seconds)} times as fast; on other hardware, and without ever storing a link."
     return (
         Comparison(
             "Room with step: nodes / links",
-            f"{thousands(PAPER_NODES)} / {thousands(PAPER_EMBEDDED_LINKS)}",
+            f"{wording.short(PAPER_NODES)} / {wording.short(PAPER_EMBEDDED_LINKS)}",
             size_of(best) if best.n_nodes else "empty",
             why if steps_over(graphs.best) else "Our motion does not step over anything: only one side is embedded.",
         ),
-        Comparison("Time to embed it", "30 minutes", f"{seconds:.2f} s", faster),
+        Comparison("Time to embed it", "30 minutes", wording.time(seconds), faster),
         Comparison(
             "Nodes / links with the step, as a share of those without",
-            f"{PAPER_NODE_SHARE:.0%} / {PAPER_LINK_SHARE:.0%}",
-            f"{shares[0]:.0%} / {shares[1]:.0%}",
+            f"{wording.exact_share(PAPER_NODE_SHARE)} / {wording.exact_share(PAPER_LINK_SHARE)}",
+            f"{wording.share(shares[0])} / {wording.share(shares[1])}",
             "The step stops all motion but stepping over within its band, so that fewer ways meet around it; how many "
             "depends on how large a part of the room the band takes away, and the paper's room is not published.",
         ),
         Comparison(
             "Without the step, sparse graph: nodes / links",
-            f"{thousands(PAPER_NODES / PAPER_NODE_SHARE)} / {thousands(PAPER_EMBEDDED_LINKS / PAPER_LINK_SHARE)} "
+            f"{wording.short(PAPER_NODES / PAPER_NODE_SHARE)} / "
+            f"{wording.short(PAPER_EMBEDDED_LINKS / PAPER_LINK_SHARE)} "
             "(worked back)",
             size_of(sparse),
-            f"Links per node: {sparse.n_links / max(sparse.n_nodes, 1):.1f}, in the paper "
-            f"{PAPER_EMBEDDED_LINKS / PAPER_LINK_SHARE / (PAPER_NODES / PAPER_NODE_SHARE):.1f} "
-            f"({paper_per_node:.1f} with the step). Our segments here go {metres:.2f} m on average, so that edits of "
-            f"{100 * 0.08 * metres:.0f} cm seldom reach beyond the nearest cell; longer segments and wider footprints "
-            f"hold more: our best graph with wide ones has {rows[4]['elements per child']:.1f} elements for each "
-            f"child, the paper {rows[0]['elements per child']:.1f}.",
+            f"Links per node: {wording.amount(sparse.n_links / max(sparse.n_nodes, 1))}, in the paper "
+            f"{wording.amount(PAPER_EMBEDDED_LINKS / PAPER_LINK_SHARE / (PAPER_NODES / PAPER_NODE_SHARE))} "
+            f"({wording.amount(paper_per_node)} with the step). Our segments here go {wording.length(metres)} on "
+            f"average, so that edits of {wording.small(0.08 * metres)} seldom reach beyond the nearest cell; longer "
+            "segments and wider footprints hold more: our best graph with wide ones has "
+            f"{wording.amount(per_child[4])} elements for each "
+            f"child, the paper {wording.amount(per_child[0])}.",
         ),
     )

@@ -45,10 +45,11 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
         comparisons.append(
             Comparison(
                 f"Fig. 5: local pruning to {k}: nodes / links kept",
-                f"{paper[0]:.0%} / {paper[1]:.0%}",
-                f"{kept[0]:.0%} / {kept[1]:.0%}",
+                f"{wording.exact_share(paper[0], 2)} / {wording.exact_share(paper[1], 2)}",
+                f"{wording.share(kept[0])} / {wording.share(kept[1])}",
                 f"Shares of the whole embedding, {size_of(pruned)} here. Ours has more nodes at each place "
-                f"({_per_place(whole):.0f} on average; the paper's room has {PAPER_PER_PLACE:.1f} for each cell and "
+                f"({wording.amount(_per_place(whole))} on average; the paper's room has "
+                f"{wording.amount(PAPER_PER_PLACE)} for each cell and "
                 f"heading of the grid), so that the same k prunes more; {reached}.",
             )
         )
@@ -208,7 +209,7 @@ def draw_times(rooms: Rooms) -> Findings:
         Section(
             "Fig. 8: from where the region beyond the step is reached in time",
             (
-                Paragraph(f"Exact shortest times in the best heading; the longest is {longest:.1f} s."),
+                Paragraph(f"Exact shortest times in the best heading; the longest is {wording.time(longest)}."),
                 FigureRow((Figure(chart, "The lighter, the sooner."),)),
                 within,
             ),

@@ -8,6 +8,7 @@ import bpy
 from ..bridge.tags import tag_names
 from ..clip_actions import action_seconds
 from ..state import health_of, motion_of
+from ..text import scene_length, time, turn
 
 _NAME_SHARES = (1.0, 0.7, 0.5, 0.36)
 """Part of a row's width for the name, by the number of columns beside it."""
@@ -68,11 +69,11 @@ def clip_numbers(scene, action) -> list[str]:
     columns, motion = scene.wayfarer.clip_columns, motion_of(scene, action)
     numbers = []
     if "DURATION" in columns:
-        numbers.append(f"{action_seconds(scene, action):.1f} s")
+        numbers.append(time(action_seconds(scene, action)))
     if "DISTANCE" in columns:
-        numbers.append(f"{motion.distance:.1f} m" if motion else "")
+        numbers.append(scene_length(scene, motion.distance) if motion else "")
     if "TURN" in columns:
-        numbers.append(f"{math.degrees(motion.turn):+.0f}\u00b0" if motion else "")
+        numbers.append(turn(motion.turn) if motion else "")
     return numbers
 
 

@@ -29,5 +29,4 @@ def fill_report(scene, motion: WalkMotion, first_frame: int) -> None:
     for found in after.worst_frames:
         entry = report.worst.add()
         entry.frame, entry.what, entry.severity = frame_of(found.frame), found.what, found.severity
-        space = "" if found.unit.startswith("°") else " "
-        entry.amount = f"{found.value:.{0 if found.value >= 10 else 2}f}{space}{found.unit}"
+        entry.amount = found.amount

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..errors import SceneError
 from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
@@ -125,13 +126,14 @@ def build_environment_steps(
     n_samples = grid.shape[0] * grid.shape[1] * SUBDIVISION**2
     if n_samples > MAX_SAMPLES:
         raise SceneError(
-            f"The ground of {grid.size[0]:.0f} x {grid.size[1]:.0f} m in cells of {grid.cell_size:g} m would need "
-            f"about {n_samples * SAMPLE_BYTES / 1e9:.0f} GB for its obstacles; use larger cells or a smaller ground."
+            f"The ground of {wording.amount(grid.size[0])} x {wording.amount(grid.size[1])} m in cells of "
+            f"{wording.exact(grid.cell_size)} m would need about {wording.memory(n_samples * SAMPLE_BYTES)} for its "
+            "obstacles; use a larger Cell Size or a smaller ground."
         )
     if not (np.isfinite(settings.radius) and settings.radius >= 0):
-        raise SceneError(f"The character's radius is {settings.radius}; it must be zero or more.")
+        raise SceneError(f"The character's Radius is {settings.radius}; it must be zero or more.")
     if not settings.step_height < settings.head_height:
-        raise SceneError("The step height must be below the head height.")
+        raise SceneError("Step Height must be below Head Height.")
     if not np.isfinite(settings.ground_height):
         raise SceneError("The height of the ground is not a number; check the ground object.")
     low, high = settings.ground_height + settings.step_height, settings.ground_height + settings.head_height

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..errors import SceneError
 
 #: Obstacles and paths are resolved on SUBDIVISION x SUBDIVISION samples to a cell.
@@ -36,7 +37,7 @@ class Grid:
                 f"The grid has {self.shape} cells and headings; it needs whole numbers, at least one of each."
             )
         if not (np.isfinite(self.cell_size) and self.cell_size > 0):
-            raise SceneError(f"The cell size is {self.cell_size}; it must be a positive length.")
+            raise SceneError(f"The Cell Size is {self.cell_size}; it must be a positive length.")
         if not np.isfinite(self.origin).all():
             raise SceneError("The ground's corner has a coordinate that is not a number; check the ground object.")
 
@@ -58,26 +59,27 @@ class Grid:
         if not np.isfinite(extent).all() or np.any(extent <= 0):
             raise SceneError("The ground rectangle is empty; give it a width and a depth greater than zero.")
         if not (np.isfinite(cell_size) and cell_size > 0):
-            raise SceneError(f"The cell size is {cell_size}; it must be a positive length.")
+            raise SceneError(f"The Cell Size is {cell_size}; it must be a positive length.")
         # A cell size that came through single precision misses a whole number of cells by a hair.
         n_cells = extent / cell_size
         if not np.all(n_cells < 1e9):
             raise SceneError(
-                f"The ground of {extent[0]:g} x {extent[1]:g} m has too many cells of {cell_size:g} m; use larger "
-                "cells or a smaller ground."
+                f"The ground of {wording.exact(extent[0])} x {wording.exact(extent[1])} m has too many cells of "
+                f"{wording.exact(cell_size)} m; use a larger Cell Size or a smaller ground."
             )
         whole = np.abs(n_cells - np.rint(n_cells)) <= 1e-4 + 1e-6 * n_cells
         cells = np.where(whole, np.rint(n_cells), np.floor(n_cells)).astype(int)
         if np.any(cells < 1):
             raise SceneError(
-                f"The ground of {extent[0]:.2f} x {extent[1]:.2f} m is smaller than one cell of {cell_size:g} m; "
-                "use smaller cells or a larger ground."
+                f"The ground of {wording.exact(extent[0])} x {wording.exact(extent[1])} m is smaller than one cell "
+                f"of {wording.exact(cell_size)} m; use a smaller Cell Size or a larger ground."
             )
         rest = extent - cells * cell_size
         if tiled and not whole.all():
             raise SceneError(
-                f"A tiled ground must be a whole number of cells wide: {extent[0]:g} x {extent[1]:g} m is not a "
-                f"multiple of {cell_size:g} m; change the cell size or the ground."
+                f"A tiled ground must be a whole number of cells wide: {wording.exact(extent[0])} x "
+                f"{wording.exact(extent[1])} m is not a multiple of {wording.exact(cell_size)} m; change Cell Size or "
+                "the ground."
             )
         origin = np.asarray(low, dtype=float) + rest / 2
         return cls((int(cells[0]), int(cells[1]), int(n_headings)), float(cell_size), tuple(origin.tolist()), tiled)

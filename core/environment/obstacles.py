@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from .. import wording
 from ..errors import SceneError
 from ..motion.kinematics import FARTHEST, are_positions
 from .dilation import samples_near
@@ -39,8 +40,8 @@ def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarra
         raise SceneError("An obstacle has a vertex whose position is not a number; repair that mesh.")
     if not are_positions(triangles).all():
         raise SceneError(
-            f"An obstacle or region reaches farther than {FARTHEST / 1000:,.0f} km from the origin; shrink it, or "
-            "leave it out."
+            f"An obstacle or region reaches farther than {wording.amount(FARTHEST / 1000)} km from the origin; shrink "
+            "it, or leave it out."
         )
     z = triangles[:, :, 2]
     inside = np.all((z >= low) & (z <= high), axis=1)
@@ -296,8 +297,9 @@ def _check_repeats(grid: Grid, n_tiles: int) -> None:
     # What stands on a corner covers four.
     if n_tiles * n_samples > max(MAX_SAMPLES, 4 * n_samples):
         raise SceneError(
-            f"An obstacle or region covers {n_tiles:,} tiles of {grid.size[0]:g} x {grid.size[1]:g} m, more than "
-            "can be looked at; cut it down to the tile, or do not tile the ground."
+            f"An obstacle or region covers {wording.number(n_tiles)} tiles of {wording.exact(grid.size[0])} x "
+            f"{wording.exact(grid.size[1])} m, more than can be looked at; cut it down to the tile, or switch Tiled "
+            "off."
         )
 
 
@@ -346,8 +348,8 @@ def margin_for(grid: Grid, distance: float) -> int:
     size = np.array(grid.shape[:2]) * SUBDIVISION
     if np.prod(size + 2 * (distance / grid.sample_size + 2)) > MAX_SAMPLES:
         raise SceneError(
-            f"Keeping {distance:g} m away from everything takes too much memory in cells of {grid.cell_size:g} m; use "
-            "a smaller radius or margin, or larger cells."
+            f"Keeping {wording.exact(distance)} m away from everything takes too much memory in cells of "
+            f"{wording.exact(grid.cell_size)} m; use a smaller Radius or Margin, or a larger Cell Size."
         )
     return int(np.ceil(distance / grid.sample_size)) + 2
 

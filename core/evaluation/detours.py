@@ -58,9 +58,9 @@ class Detours:
         place = np.unravel_index(np.nanargmax(np.where(known, self.worst, np.nan)), known.shape)
         (x, y), (u, v) = self.grid.positions(np.array([place, self.worst_goal[place]]))
         return (
-            f"To a place {self.radii[0]:g} to {self.radii[1]:g} m away, facing anywhere, it takes "
-            f"{wording.time(self.mean[known].mean())} longer than straight there at {self.speed:.2f} m/s, on average "
-            f"over {wording.counted(len(self.goals), 'goal')} on a lattice. The longest way around takes "
+            f"To a place {wording.exact(self.radii[0])} to {wording.exact(self.radii[1])} m away, facing anywhere, it "
+            f"takes {wording.time(self.mean[known].mean())} longer than straight there at {wording.speed(self.speed)}, "
+            f"on average over {wording.counted(len(self.goals), 'goal')} on a lattice. The longest way around takes "
             f"{wording.time(self.worst[place])} longer, from {wording.place(x, y)} to {wording.place(u, v)}."
         )
 
@@ -139,8 +139,8 @@ def detours_steps(
         worst[near] = np.maximum(worst[near], longer)
     if not n_near.any():
         raise EvaluationError(
-            f"No place that the embedding covers has another one {radii[0]:g} to {radii[1]:g} m away; give it more "
-            "room, or look at nearer goals."
+            f"No place that the embedding covers has another one {wording.exact(radii[0])} to "
+            f"{wording.exact(radii[1])} m away; give it more room, or look at nearer goals."
         )
     mean = np.divide(total, n_near, out=np.full((nx, ny), np.nan), where=n_near > 0)
     worst[n_near == 0] = np.nan

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, intersection
 from ..environment.grid import SUBDIVISION
-from ..errors import EvaluationError
+from ..errors import NOTHING_FITS, EvaluationError
 from ..motion.graph import MotionGraph
 from .ablation import Kind, parts
 
@@ -37,7 +38,8 @@ def goal_at(embedding: Embedding, position: tuple[float, float], radius: float =
     cell = grid.cells(place)
     if not grid.tiled and not np.all((cell >= 0) & (cell < size)):
         raise EvaluationError(
-            f"The goal at {_place(place)} lies off the ground; move it onto the ground, or make the ground larger."
+            f"The goal at {wording.place(place[0], place[1])} lies off the ground; move it onto the ground, or make "
+            "the ground larger."
         )
     distance = np.linalg.norm(_offsets(embedding, place), axis=2)
     mask = distance <= radius
@@ -51,8 +53,9 @@ def goal_at(embedding: Embedding, position: tuple[float, float], radius: float =
         free = embedding.environment.free_cells()[tuple(cell % size)]
         reason = "no endless walk passes there" if free else "something stands there"
         raise EvaluationError(
-            f"The goal at {_place(place)} cannot be reached: {reason}. The nearest place that can be is "
-            f"{distance[nearest]:.2f} m away, at {_place(grid.positions(np.array(nearest)))}."
+            f"The goal at {wording.place(place[0], place[1])} cannot be reached: {reason}. The nearest place that can "
+            f"be is {wording.length(distance[nearest])} away, at "
+            f"{wording.place(*grid.positions(np.array(nearest)).tolist())}."
         )
     return goal
 
@@ -99,8 +102,8 @@ def facing(embedding: Embedding, goal: Nodes, heading: float, tolerance: float =
     narrowed = intersection(intersection(goal, embedding.nodes), bundles * network.n_segments)
     if not any(narrowed):
         raise EvaluationError(
-            f"No walk stands at the goal facing {np.degrees(heading):.0f} degrees within {np.degrees(tolerance):.0f}; "
-            "allow a larger tolerance."
+            f"No walk stands at the goal facing {wording.angle(heading)} within {wording.angle(tolerance)}; "
+            "allow more Give or Take."
         )
     return narrowed
 
@@ -149,7 +152,7 @@ def segments_of_clip(graph: MotionGraph, clip: str) -> tuple[int, ...]:
         reason = f" ({dropped[clip]})" if clip in dropped else ""
         raise EvaluationError(
             f"No segment of the motion graph comes from the clip '{clip}'{reason}; choose another, or build the graph "
-            "with a higher threshold."
+            "with a higher Max Cost."
         )
     return cut[clip]
 
@@ -175,15 +178,8 @@ def _offsets(embedding: Embedding, position: np.ndarray) -> np.ndarray:
     return offset
 
 
-def _place(position: np.ndarray) -> str:
-    return f"({position[0]:.2f}, {position[1]:.2f})"
-
-
 def _nothing_covered() -> EvaluationError:
-    return EvaluationError(
-        "The embedding is empty: no endless walk fits into this scene. Use more or shorter clips, a smaller radius or "
-        "a wider footprint, or remove obstacles."
-    )
+    return EvaluationError(f"The embedding is empty: {NOTHING_FITS}")
 
 
 def _cannot_play(embedding: Embedding, name: str) -> EvaluationError:

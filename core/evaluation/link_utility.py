@@ -61,10 +61,10 @@ class LinkUtility:
         most, vital = int(np.argmax(self.link_uses)), int(np.argmax(self.link_hanging))
         spare = np.count_nonzero(self.link_hanging == 0)
         return (
-            f"Of {wording.counted(len(self.links), 'link')} of the motion graph {len(self.idle_links):,} are never "
-            f"played and {spare:,} can go without a node that dies at once. The most played leads from "
-            f"{self.link_name(most)} ({wording.share_of(self.link_uses[most], self.n_links)} of all links of the "
-            f"embedding); most hangs on the one from {self.link_name(vital)}: "
+            f"Of {wording.counted(len(self.links), 'link')} of the motion graph {wording.number(len(self.idle_links))} "
+            f"are never played and {wording.number(spare)} can go without a node that dies at once. The most played "
+            f"leads from {self.link_name(most)} ({wording.share_of(self.link_uses[most], self.n_links)} of all links "
+            f"of the embedding); most hangs on the one from {self.link_name(vital)}: "
             f"{wording.counted(int(self.link_hanging[vital]), 'node')} "
             f"({wording.share_of(self.link_hanging[vital], self.n_nodes)})."
         )

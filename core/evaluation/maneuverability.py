@@ -50,7 +50,7 @@ class Maneuverability:
         return (
             f"{subject} can begin after {wording.time(self.mean)} on average, {wording.time(self.worst)} at worst; "
             f"from {wording.share(self.at_once)} of the nodes at once, from {wording.share(self.promptly)} within "
-            f"{PROMPT:g} s."
+            f"{wording.exact(PROMPT)} s."
         )
 
 

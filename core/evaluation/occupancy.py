@@ -232,7 +232,7 @@ def simulated_occupancy_steps(
     """As :func:`simulated_occupancy`, as a generator that yields progress."""
     if not 2 <= n_groups <= n_walkers:
         raise EmbeddingError(
-            f"{n_walkers} walkers do not make {n_groups} groups; use at least two groups, and more walkers."
+            f"{n_walkers} walkers do not make {n_groups} groups; use at least two groups, of one walker each or more."
         )
     if not (np.isfinite(duration) and duration > 0 and settling >= 0):
         raise EmbeddingError(f"Walks of {duration} s after {settling} s cannot be watched; give positive durations.")

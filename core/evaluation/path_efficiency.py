@@ -92,8 +92,8 @@ class PathEfficiency:
         mean = f"{self.mean_in_words} ({self.sample})"
         return (
             f"The shortest free way is {mean} as long as the quickest walk (median {wording.share(middle)}, one in ten "
-            f"below {wording.share(low)}); at worst the character walks {self.walked[worst]:.1f} m where "
-            f"{self.metres[worst]:.1f} m would do."
+            f"below {wording.share(low)}); at worst the character walks {wording.length(self.walked[worst])} where "
+            f"{wording.length(self.metres[worst])} would do."
         )
 
 
@@ -150,7 +150,7 @@ def path_efficiency_steps(
         metres.append(np.minimum(distance[chosen], walked[-1]))
     if not starts:
         raise EvaluationError(
-            f"No two places of the floor that the embedding covers are {MIN_DISTANCE:g} m apart on a free way; give "
-            "the character more room."
+            f"No two places of the floor that the embedding covers are {wording.exact(MIN_DISTANCE)} m apart on a free "
+            "way; give the character more room."
         )
     return PathEfficiency(*(np.concatenate(parts) for parts in (starts, goals, seconds, walked, metres)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, intersection
-from ..errors import EvaluationError
+from ..errors import NOTHING_FITS, EvaluationError
 from ..progress import Progress, finish
 from .wavefront import NEVER, backward_front, forward_front, wave_steps
 
@@ -293,10 +293,7 @@ def time_from_steps(
 
 def _within(embedding: Embedding, nodes: Nodes) -> Nodes:
     if embedding.n_nodes == 0:
-        raise EvaluationError(
-            "The embedding is empty: no endless walk fits into this scene, so nothing can be reached. Use more or "
-            "shorter clips, a smaller radius or a wider footprint, or remove obstacles."
-        )
+        raise EvaluationError(f"The embedding is empty: {NOTHING_FITS}")
     nodes = intersection(nodes, embedding.nodes)
     if not any(nodes):
         raise EvaluationError(

@@ -48,8 +48,8 @@ class TurnBalance:
         return (
             f"{wording.share(self.n_left / n_links)} of the links turn left, {wording.share(self.n_right / n_links)} "
             f"right and {wording.share(self.n_straight / n_links)} not at all; by angle the character turns {tendency} "
-            f"(balance {self.total:+.2f}), and {wording.share_of(leaning, places)} of the places lean clearly to one "
-            "side."
+            f"(balance {wording.balance(self.total)}), and {wording.share_of(leaning, places)} of the places lean "
+            "clearly to one side."
         )
 
 

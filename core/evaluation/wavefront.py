@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.bitplane import PlaneLayout
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork
@@ -105,7 +106,7 @@ def wave_steps(
         now += window
     if now > horizon and (quiet < longest or now <= latest):
         raise EmbeddingError(
-            f"Some ways last longer than {horizon / embedding.graph.frame_rate / 60:.0f} minutes; set a time limit."
+            f"Some ways last longer than {wording.time(horizon / embedding.graph.frame_rate)}; set a time limit."
         )
     settled = waves.settle()
     if limit is not None:
@@ -305,6 +306,6 @@ def _refuse_if_too_large(embedding: Embedding, front: Front, n_stencils: int, it
     if needed > limit:
         nx, ny, n_headings = embedding.environment.grid.shape
         raise EmbeddingError(
-            f"Times over {nx} x {ny} cells and {n_headings} headings would need about {needed / 1e9:.1f} GB, more than "
-            f"the limit of {limit / 1e9:.1f} GB; use larger cells, fewer headings or a smaller ground."
+            f"Times over {nx} x {ny} cells and {n_headings} headings would need about {wording.memory(needed)}, more "
+            f"than the limit of {wording.memory(limit)}; use a larger Cell Size, fewer Headings or a smaller ground."
         )

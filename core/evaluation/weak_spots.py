@@ -134,7 +134,8 @@ class WeakSpot:
             mainly = "" if self.reason_share > 0.995 else "mainly "
             return f"{place} cannot be reached: {mainly}{why}"
         mean = wording.amount(self.mean_variability)
-        ways = f"{place} has a variability of only {mean} on average, {self.lowest_variability:,} at the lowest"
+        lowest = wording.number(self.lowest_variability)
+        ways = f"{place} has a variability of only {mean} on average, {lowest} at the lowest"
         if self.reason is Reason.EMBEDDED:
             return ways
         return f"{ways}: {why} in {wording.share(self.reason_share)} of the cells and headings"

@@ -6,6 +6,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
+from .. import wording
 from ..environment.environment import Environment
 from ..environment.grid import SUBDIVISION, Grid
 from ..environment.regions import RegionMask
@@ -124,8 +125,8 @@ def plan_parcels(grid: Grid, halo_x: int, halo_y: int, cells: int) -> ParcelPlan
     """
     if cells < max(halo_x, halo_y, 1):
         raise EmbeddingError(
-            f"Parcels of {cells * grid.cell_size:g} m are shorter than the longest step of "
-            f"{max(halo_x, halo_y) * grid.cell_size:g} m; use larger ones."
+            f"Parcels of {wording.exact(cells * grid.cell_size)} m are shorter than the longest step of "
+            f"{wording.exact(max(halo_x, halo_y) * grid.cell_size)} m; use larger ones (--parcels METRES)."
         )
     cuts = []
     for n in grid.shape[:2]:

@@ -145,7 +145,7 @@ def create_problem(
     small = _sweep(graph, Grid((1, 1, grid.shape[2]), grid.cell_size), environment.tags, settings)
     halo_x, halo_y = max(small.layout.reach_x, 1), max(small.layout.reach_y, 1)
     if grid.tiled and (grid.shape[0] < halo_x or grid.shape[1] < halo_y):
-        raise EmbeddingError("The tile is smaller than the longest step; embed it in one process.")
+        raise EmbeddingError("The tile is smaller than the longest step; leave --parcels out.")
     parcel_cells = max(int(parcel_size / grid.cell_size), 1)
     plan_parcels(grid, halo_x, halo_y, parcel_cells)
     if (folder / "problem.json").exists():

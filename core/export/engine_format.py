@@ -32,7 +32,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.footprint import edit_profile
-from ..errors import ExportError
+from ..errors import NOTHING_FITS, ExportError
 from ..motion.graph import MotionGraph, MotionSegment
 from .table import engine_table
 
@@ -46,10 +46,7 @@ def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, byt
     Raises ExportError if there is nothing to walk, or the table would be too large.
     """
     if not embedding.n_nodes:
-        raise ExportError(
-            "The embedding is empty: no endless walk fits into this scene, and there is nothing to export. Use more "
-            "or shorter clips, a smaller radius or a wider footprint, or remove obstacles."
-        )
+        raise ExportError(f"There is nothing to export: {NOTHING_FITS}")
     files: dict[str, bytes | bytearray] = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
     if with_table:
         files[TABLE_FILE] = engine_table(embedding)

@@ -8,6 +8,7 @@ links of a node in order of the stencils that they play.
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader
 from ..errors import ExportError
@@ -35,9 +36,9 @@ def engine_table(embedding: Embedding) -> bytearray:
     needed, limit = size + n_nodes * _BYTES_BESIDE, embedding.settings.memory_limit
     if max(n_nodes, n_links) > _MOST or max(embedding.shape) > _MOST_PARTS or needed > limit:
         raise ExportError(
-            f"A table of {n_nodes:,} nodes and {n_links:,} links would take {size / 1e9:.1f} GB; prune the embedding, "
-            "or leave the table out ('Table' when exporting, '--no-table' on the command line): the planes hold the "
-            "same."
+            f"A table of {wording.number(n_nodes)} nodes and {wording.number(n_links)} links would take "
+            f"{wording.memory(size)}; prune the embedding, or leave the table out ('Table' when exporting, "
+            "'--no-table' on the command line): the planes hold the same."
         )
     raw = bytearray(size)
     rows = np.frombuffer(raw, "<u2", 4 * n_nodes).reshape(n_nodes, 4)

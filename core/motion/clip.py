@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import wording
 from ..errors import ClipError
 from .kinematics import FARTHEST, are_positions, are_rotations, as_rotation, world_transforms
 from .skeleton import Skeleton
@@ -60,8 +61,8 @@ class MotionClip:
             raise ClipError(f"Clip '{self.name}' has {n_frames} frame; a motion needs at least two.")
         if not SLOWEST_RATE <= self.frame_rate <= FASTEST_RATE:
             raise ClipError(
-                f"Clip '{self.name}' has a frame rate of {self.frame_rate:g}; it must be between {SLOWEST_RATE:g} and "
-                f"{FASTEST_RATE:,.0f} frames per second."
+                f"Clip '{self.name}' has a frame rate of {wording.exact(self.frame_rate)}; it must be between "
+                f"{wording.exact(SLOWEST_RATE)} and {wording.exact(FASTEST_RATE)} frames per second."
             )
         if not (np.isfinite(self.rotations).all() and np.isfinite(self.translations).all()):
             bad = ~np.isfinite(self.rotations).all(axis=2) | ~np.isfinite(self.translations).all(axis=2)
@@ -76,8 +77,8 @@ class MotionClip:
             )
         if not placed.all():
             raise ClipError(
-                f"Clip '{self.name}' moves farther than {FARTHEST / 1000:,.0f} km at {self._where(~placed)}; check the "
-                "units of its source."
+                f"Clip '{self.name}' moves farther than {wording.amount(FARTHEST / 1000)} km at "
+                f"{self._where(~placed)}; check the units of its source."
             )
         for tag, mask in self.tags.items():
             if np.shape(mask) != (n_frames,):
@@ -131,8 +132,8 @@ class MotionClip:
         n_frames = int(np.floor(self.duration * frame_rate + 1e-6)) + 1
         if n_frames < 2:
             raise ClipError(
-                f"Clip '{self.name}' lasts {self.duration:.3f} s, less than one frame at {frame_rate:g} frames per "
-                "second; drop it or raise the frame rate."
+                f"Clip '{self.name}' lasts {wording.time(self.duration)}, less than one frame at "
+                f"{wording.exact(frame_rate)} frames per second; drop it or raise Frame Rate."
             )
         times = np.minimum(np.arange(n_frames) / frame_rate, self.duration)
         before = np.minimum((times * self.frame_rate).astype(int), self.n_frames - 2)

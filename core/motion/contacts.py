@@ -40,8 +40,7 @@ class ContactSettings:
     def __post_init__(self):
         if not (0 < self.height <= self.release_height and 0 < self.speed <= self.release_speed):
             raise ClipError(
-                "The height and the speed below which a foot is planted must be positive, and not above "
-                "those at which it is released."
+                "Planted Below and Slower Than must be positive, and not above Lifted Above and Faster Than."
             )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from .clip import MotionClip
 from .frame_pairs import FrameSet
 from .segmentation import Segmentation, Transitions
@@ -46,7 +47,7 @@ def dropped_motion(
                 dropped.append(DroppedClip(clip.name, after, "no transition leads back from its end"))
             continue
         if not linkable[index]:
-            reason = f"no transitions at a cost of {threshold:g} or less"
+            reason = f"no transitions at a cost of {wording.exact(threshold)} or less"
         elif entered[index] and left[index]:
             reason = "no transition leads to it early enough to leave it again"
         elif entered[index]:

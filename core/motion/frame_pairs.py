@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from .. import wording
 from ..errors import MotionGraphError
 from ..progress import Progress
 from .distance import PoseFeatures, close_pairs_steps, expected_pairs, transition_costs
@@ -90,11 +91,11 @@ class FrameSet:
             yield Progress(0.0, "Comparing frames")
             n_pairs = expected_pairs(self.features, max_cost, planted)
         if n_pairs * PAIR_BYTES > memory_limit:
-            needed, limit = n_pairs * PAIR_BYTES / 1e9, memory_limit / 1e9
+            needed = wording.memory(n_pairs * PAIR_BYTES)
             raise MotionGraphError(
-                f"About {n_pairs / 1e6:,.0f} million pairs of frames of these {len(self.lengths)} clips cost "
-                f"{max_cost:g} or less. To cut the clips by them would need about {needed:,.1f} GB, more than the "
-                f"limit of {limit:,.1f} GB; lower the maximum cost or the frame rate, or use fewer clips."
+                f"About {wording.amount(n_pairs / 1e6)} million pairs of frames of these {len(self.lengths)} clips "
+                f"cost {wording.exact(max_cost)} or less. To cut the clips by them would need about {needed}, more "
+                f"than the limit of {wording.memory(memory_limit)}; lower Max Cost or Frame Rate, or use fewer clips."
             )
         first, second, costs = yield from close_pairs_steps(self.features, max_cost, planted)
         allowed = self._apart(first, second)

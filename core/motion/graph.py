@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import wording
 from ..errors import ClipError, MotionGraphError
 from ..progress import Progress, finish, portion
 from .clip import MotionClip
@@ -131,7 +132,7 @@ def build_motion_graph_steps(
         yield Progress(0.2 * done / len(clips), f"Reading {clip.name}")
         n_frames = int(clip.duration * settings.frame_rate + 1e-6) + 1
         if n_frames <= settings.min_gap:
-            reason = f"shorter than a segment of {settings.min_segment_duration:g} s"
+            reason = f"shorter than a segment of {wording.exact(settings.min_segment_duration)} s"
             dropped.append(DroppedClip(clip.name, clip.duration, reason))
             continue
         clip = clip.resampled(settings.frame_rate)
@@ -140,8 +141,8 @@ def build_motion_graph_steps(
         contacts.append(foot_contacts(clip, settings.contacts))
     if not usable:
         raise ClipError(
-            f"All clips are shorter than one segment of {settings.min_segment_duration:g} s (the longest is "
-            f"'{max(clips, key=lambda clip: clip.duration).name}'); use longer clips or a shorter minimum."
+            f"All clips are shorter than one segment of {wording.exact(settings.min_segment_duration)} s (the longest "
+            f"is '{max(clips, key=lambda clip: clip.duration).name}'); use longer clips or a shorter Min Segment."
         )
 
     lengths = np.array([clip.n_frames for clip in usable])
@@ -213,11 +214,11 @@ def _nothing_connects(frames: FrameSet, settings: MotionGraphSettings, pairs: Fr
     if not math.isfinite(lowest):
         return MotionGraphError(
             "Nothing connects: no two frames far enough apart have the same feet on the ground. Use more or "
-            "longer clips, or a shorter minimum segment."
+            "longer clips, or a shorter Min Segment."
         )
     advice = math.ceil(15 * max(lowest, settings.max_cost if len(pairs.cost) else 0.0)) / 10
     return MotionGraphError(
-        f"Nothing connects at a cost of {settings.max_cost:g} or less: the lowest cost between frames that "
-        f"could be linked is {lowest:.2g}. Raise the maximum cost to {advice:g}, shorten the minimum segment, or "
-        "add clips."
+        f"Nothing connects at a cost of {wording.exact(settings.max_cost)} or less: the lowest cost between frames "
+        f"that could be linked is {wording.short(lowest)}. Raise Max Cost to {wording.exact(advice)}, shorten Min "
+        "Segment, or add clips."
     )

@@ -211,5 +211,5 @@ def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]
             return left, right
     raise ClipError(
         f"The feet of the skeleton rooted at '{skeleton.names[0]}' cannot be told from its bone names or its "
-        "rest pose; name the bones of the left and of the right foot in the motion graph's settings."
+        "rest pose; choose Left Foot and Right Foot in the panel Contacts."
     )

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from .. import wording
 from ..errors import ClipError
 from .clip import MotionClip
 from .kinematics import as_quaternions, as_rotation
@@ -101,14 +102,16 @@ def _check_symmetry(clip: MotionClip, other: np.ndarray, normal: np.ndarray, tol
     if np.array_equal(other, every):
         raise ClipError(
             f"Clip '{clip.name}' cannot be mirrored: no two bones of its skeleton are named as left and right of the "
-            "same; name them like 'thigh.L' and 'thigh.R'."
+            "same; name them like 'thigh.L' and 'thigh.R', or switch Mirror "
+            "Clips off."
         )
     parents = skeleton.parents
     for joint in range(1, skeleton.n_joints):
         if parents[other[joint]] != other[parents[joint]]:
             raise ClipError(
                 f"Clip '{clip.name}' cannot be mirrored: bones '{names[joint]}' and '{names[other[joint]]}' do not "
-                "hang from the same bone or a left and a right one; make the hierarchy the same on both sides."
+                "hang from the same bone or a left and a right one; make the hierarchy the same on both sides, "
+                "or switch Mirror Clips off."
             )
     apart = asymmetry(skeleton)
     worst = int(np.argmax(apart))
@@ -116,8 +119,8 @@ def _check_symmetry(clip: MotionClip, other: np.ndarray, normal: np.ndarray, tol
         pair = f"bones '{names[worst]}' and '{names[other[worst]]}' are"
         subject = f"bone '{names[worst]}' is" if other[worst] == worst else pair
         raise ClipError(
-            f"Clip '{clip.name}' cannot be mirrored: in the rest pose {subject} {apart[worst]:.3f} m from being "
-            "symmetric; make the rest pose the same on both sides."
+            f"Clip '{clip.name}' cannot be mirrored: in the rest pose {subject} {wording.small(apart[worst])} from "
+            "being symmetric; make the rest pose the same on both sides, or switch Mirror Clips off."
         )
 
 

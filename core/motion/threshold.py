@@ -10,6 +10,7 @@ from collections.abc import Callable, Generator
 
 import numpy as np
 
+from .. import wording
 from ..errors import MotionGraphError
 from ..progress import Progress, portion
 from .connecting import kept_goodness, reconnect_steps
@@ -119,8 +120,9 @@ class _AtMostLinks:
         if not allowed:
             threshold, fewest = min(tried, key=lambda outcome: np.count_nonzero(outcome[1].inner))
             raise MotionGraphError(
-                f"No motion graph of at most {self.max_links} links was found: the smallest has "
-                f"{np.count_nonzero(fewest.inner)}, at a cost of {threshold:.2g}. Allow more links."
+                f"No motion graph of at most {wording.number(self.max_links)} links was found: the smallest has "
+                f"{wording.number(np.count_nonzero(fewest.inner))}, at a cost of {wording.short(threshold)}. Raise Max "
+                "Links."
             )
         return max(allowed, key=lambda outcome: (np.count_nonzero(outcome[1].inner), -outcome[0]))
 
@@ -150,9 +152,9 @@ class _AtLeastCoverage:
         if not allowed:
             threshold, most = max(tried, key=lambda outcome: (self.coverage(outcome[1]), -outcome[0]))
             raise MotionGraphError(
-                f"At most {_percent(self.coverage(most))} of the motion can be kept, at a cost of {threshold:.2g}; "
-                f"{_percent(self.share)} were asked for. Ask for less, raise the maximum cost, shorten the minimum "
-                "segment, or add clips."
+                f"At most {wording.share(self.coverage(most))} of the motion can be kept, at a cost of "
+                f"{wording.short(threshold)}; {wording.share(self.share)} were asked for. Lower Motion Kept, raise Max "
+                "Cost, shorten Min Segment, or add clips."
             )
         return min(allowed, key=lambda outcome: (outcome[0], -self.coverage(outcome[1])))
 
@@ -180,7 +182,3 @@ def _first(costs: np.ndarray, holds: Callable[[float], bool]) -> int:
         else:
             low = middle
     return high
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f}".removesuffix(".0") + " %"

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from .. import wording
 from ..errors import ClipError, WalkError
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
@@ -106,8 +107,8 @@ class FootCleanup:
         if not self.plants:
             return " ".join(self.untreated) or "No foot is planted in this motion; nothing was changed."
         held = (
-            f"{len(self.plants)} plants held; feet moved by up to {100 * self.largest_shift:.1f} cm, "
-            f"hips lowered by up to {100 * self.largest_drop:.1f} cm."
+            f"{wording.counted(len(self.plants), 'plant')} held; feet moved by up to "
+            f"{wording.small(self.largest_shift)}, hips lowered by up to {wording.small(self.largest_drop)}."
         )
         return " ".join([held, *self.untreated])
 

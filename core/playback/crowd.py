@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
@@ -120,8 +121,8 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
     while len(nodes) < n_walkers:
         if not room.any():
             raise WalkError(
-                f"Only {len(nodes)} walkers found room {spacing:g} m apart, not {n_walkers}; use fewer walkers, a "
-                "smaller radius or a larger ground."
+                f"Only {len(nodes)} walkers found room {wording.exact(spacing)} m apart, not {n_walkers}; use fewer "
+                "Walkers, a smaller Spacing or a larger ground."
             )
         cell = floor[np.argmax(room)]
         apart = np.abs(floor - cell)
@@ -309,11 +310,13 @@ class _Planner:
         if latest == 0:
             meets = "every first step meets another walker"
         else:
-            meets = f"every way meets another walker, at the latest {latest / self._frame_rate:.1f} s or one step later"
-        return f"Walker {walker + 1} is shut in: {meets}. Start it elsewhere, or use fewer walkers."
+            at = wording.time(latest / self._frame_rate)
+            meets = f"every way meets another walker, at the latest {at} or one step later"
+        return f"Walker {walker + 1} is shut in: {meets}. Use fewer Walkers, a smaller Spacing or another Seed."
 
     def _given_up(self, walker: int, latest: int) -> str:
         return (
-            f"Walker {walker + 1} found no way in {self._settings.patience:,} tries; the farthest of them lasted "
-            f"{latest / self._frame_rate:.1f} s. Use fewer walkers, a smaller radius or more patience."
+            f"Walker {walker + 1} found no way in {wording.number(self._settings.patience)} tries; the farthest of "
+            f"them lasted {wording.time(latest / self._frame_rate)}. Use fewer Walkers, a smaller Spacing or another "
+            "Seed."
         )

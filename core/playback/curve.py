@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
@@ -105,7 +106,7 @@ def curve_points(curve: np.ndarray | Sequence[Sequence[float]], spacing: float) 
     corners = corners[:, :2]
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     if along[-1] < spacing:
-        raise WalkError(f"The curve is only {along[-1]:.2f} m long; draw a longer one.")
+        raise WalkError(f"The curve is only {wording.length(along[-1])} long; draw a longer one.")
     at = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)
     return np.column_stack([np.interp(at, along, corners[:, axis]) for axis in (0, 1)])
 
@@ -190,8 +191,8 @@ class _Follower:
         nodes = nodes[np.linalg.norm(grid.positions(nodes[:, :2]) - first, axis=1) <= width]
         if not len(nodes):
             raise WalkError(
-                f"Nobody can start within {width:g} m of the curve's first point at ({first[0]:.2f}, {first[1]:.2f}); "
-                "begin the curve in a covered place, or allow more width."
+                f"Nobody can start within {wording.exact(width)} m of the curve's first point at "
+                f"{wording.place(first[0], first[1])}; begin the curve in a covered place, or allow more Width."
             )
         return nodes
 
@@ -315,9 +316,10 @@ class _Follower:
                 "The curve can be followed to its end, but not so that the character faces as asked there; end the "
                 "curve in that direction, or allow any."
             )
-        spacing = np.linalg.norm(self._points[1] - self._points[0])
+        spacing = float(np.linalg.norm(self._points[1] - self._points[0]))
         return (
-            f"No walk follows the curve within {self._settings.width:g} m: the farthest ends at ({x:.2f}, {y:.2f}), "
-            f"after {farthest * spacing:.1f} of {(len(self._points) - 1) * spacing:.1f} m. Bend it less there, lead it "
-            "around obstacles, or allow more width."
+            f"No walk follows the curve within {wording.exact(self._settings.width)} m: the farthest ends at "
+            f"{wording.place(x, y)}, after {wording.length(farthest * spacing)} of "
+            f"{wording.length((len(self._points) - 1) * spacing)}. Bend it less there, lead it around obstacles, or "
+            "allow more Width."
         )

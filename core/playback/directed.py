@@ -4,6 +4,7 @@ from collections.abc import Generator, Sequence
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
@@ -67,9 +68,10 @@ def quickest_steps(
     """The quickest trail from (n, 4) starts along a course; WalkError if it takes longer than ``limit`` seconds."""
     least = int(course.frames_at(0, starts).min())
     last = last_frame(reader.embedding, limit)
-    if last is not None and least > last:
-        takes = "" if least >= NEVER else f"; the quickest takes {least / reader.embedding.graph.frame_rate:.1f} s"
-        raise WalkError(f"No walk gets there within {limit:g} s{takes}. Allow more time.")
+    if limit is not None and last is not None and least > last:
+        seconds = wording.time(least / reader.embedding.graph.frame_rate)
+        takes = "" if least >= NEVER else f"; the quickest takes {seconds}"
+        raise WalkError(f"No walk gets there within {wording.exact(limit)} s{takes}. Allow more time.")
     return (yield from keep_to_steps(reader, course, starts))
 
 

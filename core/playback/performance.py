@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes
@@ -102,8 +103,9 @@ def perform_steps(
         goal = [a | b for a, b in zip(goal, script.beginnings, strict=True)]
     if not any(goal):
         raise WalkError(
-            f"The action cannot be played within {radius:g} m of ({position[0]:.2f}, {position[1]:.2f}): it does not "
-            "fit there, or no walk leads to it and away from it. Choose a larger radius or another place."
+            f"The action cannot be played within {wording.exact(radius)} m of "
+            f"{wording.place(position[0], position[1])}: it does not fit there, or no walk leads to it and away from "
+            "it. Choose a larger Within or another place."
         )
     course = yield from portion(course_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
     trail = yield from portion(quickest_steps(reader, course, starts, limit), 0.9, 1.0)

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from .. import wording
 from ..errors import ClipError, WalkError
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
@@ -34,8 +35,8 @@ class FootSlide:
 
     def describe(self) -> str:
         return (
-            f"{self.foot} slides at {self.mean:.3f} m/s on average ({self.source_mean:.3f} in the clips), "
-            f"{self.worst:.2f} m/s at frame {self.worst_frame}."
+            f"{self.foot} slides at {wording.slide(self.mean)} on average ({wording.slide(self.source_mean)} in the "
+            f"clips), {wording.slide(self.worst)} at frame {self.worst_frame}."
         )
 
 
@@ -51,7 +52,7 @@ class PoseGap:
 
     def describe(self) -> str:
         return (
-            f"Largest pose gap {np.degrees(self.angle):.1f}° at {self.joint}, frame {self.frame}, from "
+            f"Largest pose gap {wording.angle(self.angle)} at {self.joint}, frame {self.frame}, from "
             f"'{self.clip_before}' to '{self.clip_after}'."
         )
 
@@ -75,7 +76,13 @@ class WorstFrame:
     severity: float
 
     def describe(self) -> str:
-        return f"Frame {self.frame}: {self.what}, {self.value:.3g} {self.unit}"
+        return f"Frame {self.frame}: {self.what}, {self.amount}"
+
+    @property
+    def amount(self) -> str:
+        """How much, with its unit: "12.3 cm/s", "21.4°"."""
+        space = "" if self.unit.startswith("°") else " "
+        return f"{wording.amount(self.value)}{space}{self.unit}"
 
 
 @dataclass(frozen=True)
@@ -122,13 +129,14 @@ class WalkQuality:
         if self.largest_gap is not None:
             lines.append(self.largest_gap.describe())
         lines.append(
-            f"The root path was edited by {100 * self.position_edit:.1f} cm and {np.degrees(self.heading_edit):.1f}° "
+            f"The root path was edited by {wording.small(self.position_edit)} and {wording.angle(self.heading_edit)} "
             "for each metre."
         )
         if self.speed_jump is not None and self.turn_jump is not None:
             lines.append(
-                f"At seams the speed changes by up to {self.speed_jump.value:.2f} m/s (frame {self.speed_jump.frame}), "
-                f"the turn rate by up to {np.degrees(self.turn_jump.value):.0f}°/s (frame {self.turn_jump.frame})."
+                f"At seams the speed changes by up to {wording.speed(self.speed_jump.value)} (frame "
+                f"{self.speed_jump.frame}), the turn rate by up to {wording.angle(self.turn_jump.value)}/s (frame "
+                f"{self.turn_jump.frame})."
             )
         return "\n".join(lines)
 
@@ -212,7 +220,7 @@ def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings, lifted: np.
             speeds.append(slide[grounded])
             slide = np.where(grounded, slide, 0.0)
             frame, value = plant.first + int(np.argmax(slide)), float(slide.max())
-            worst.append(WorstFrame(frame, f"{name} slides", value, "m/s", value / NOTICEABLE["slide"]))
+            worst.append(WorstFrame(frame, f"{name} slides", 100 * value, "cm/s", value / NOTICEABLE["slide"]))
         speeds = np.concatenate(speeds)
         frame = max(worst[-len(own) :], key=lambda entry: entry.value).frame if own else 0
         feet.append(

@@ -84,7 +84,7 @@ def synthesize(
     """
     settings = settings or SynthesisSettings()
     if len(walk) == 0:
-        raise WalkError("The walk has no steps; ask for a longer duration.")
+        raise WalkError("The walk has no steps; ask for a longer Duration.")
     graph = walk.embedding.graph
     skeleton = graph.clips[0].skeleton
     gaps = seam_gaps(walk, closed)

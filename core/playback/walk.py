@@ -9,7 +9,7 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
 from ..embedding.link_reader import LinkReader, Node
-from ..errors import WalkError
+from ..errors import NOTHING_FITS, WalkError
 from ..progress import Progress, finish
 from .weighted import Crossing, Memory, Weighting, probabilities, uniform
 
@@ -115,10 +115,7 @@ def refuse_bad_duration(duration: float) -> None:
 def refuse_empty(embedding: Embedding) -> None:
     """WalkError if nobody can walk."""
     if embedding.n_nodes == 0:
-        raise WalkError(
-            "The embedding is empty: no endless walk fits into this scene. Use more or shorter clips, a smaller "
-            "radius or a wider footprint, or remove obstacles."
-        )
+        raise WalkError(f"The embedding is empty: {NOTHING_FITS}")
 
 
 def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:

@@ -183,7 +183,7 @@ def map_chart(
     y = _TOP + shown_height + 12
     metres = float(ticks(0.0, max(nx * cell_size / 5, cell_size), 2)[1])
     marks.append(Line(np.array([[left, y], [left + metres / cell_size * scale, y]]), INK, 3.0))
-    marks.append(Label(left + metres / cell_size * scale + 8, y + 4, f"{metres:g} m", 11))
+    marks.append(Label(left + metres / cell_size * scale + 8, y + 4, f"{wording.exact(metres)} m", 11))
     x, y = left, y + 10
     for entry in legend:
         wide = 26 + 6.5 * len(entry.text) if isinstance(entry, Swatch) else 190.0

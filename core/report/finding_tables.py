@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..evaluation.link_utility import LinkUtility
 from ..evaluation.maneuverability import PROMPT
@@ -25,7 +26,7 @@ def actions_table(found: Metrics) -> Table:
         area, share = float(found.actions.areas[index]), float(found.actions.shares[index])
         rows.append((action.name, area, share, wait.mean, wait.worst, wait.at_once, wait.promptly))
     columns = ("clip", "can begin on (m2)", "share of the free floor", "mean wait (s)", "worst wait (s)")
-    return table((*columns, "share of nodes at once", f"share of nodes within {PROMPT:g} s"), rows)
+    return table((*columns, "share of nodes at once", f"share of nodes within {wording.exact(PROMPT)} s"), rows)
 
 
 def links_table(embedding: Embedding, found: LinkUtility) -> Table:

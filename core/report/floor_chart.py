@@ -109,7 +109,7 @@ def band_chart(
     steps = CIVIDIS.colors(1 - np.arange(len(limits) + 1) / len(limits))
     # A hair, because times are whole frames in single precision.
     colors = steps[np.searchsorted(np.array(limits) + 1e-3, np.where(present, seconds, 0.0))]
-    names = [*(f"up to {limit:g} s" for limit in limits), "longer"]
+    names = [*(f"up to {wording.exact(limit)} s" for limit in limits), "longer"]
     legend = [Swatch(_color(step), name) for step, name in zip(steps, names, strict=True)]
     return floor_chart(scene, title, colors, present, legend, missing, walks, width)
 

@@ -192,11 +192,11 @@ def _lead(embedding: Embedding) -> str:
     used = len({segment.clip for segment in graph.segments})
     seconds = sum(segment.duration for segment in graph.segments)
     return (
-        f"{wording.counted(len(graph.segments), 'motion segment')} ({seconds:.0f} s) of "
+        f"{wording.counted(len(graph.segments), 'motion segment')} ({wording.time(seconds)}) of "
         f"{wording.counted(used, 'clip')} and {wording.counted(len(graph.links), 'link')} between them, on a ground of "
-        f"{grid.size[0]:g} x {grid.size[1]:g} m in cells of {100 * grid.cell_size:g} cm and "
-        f"{wording.counted(grid.n_headings, 'heading')}. Unrolled into the scene: "
-        f"{wording.counted(embedding.n_nodes, 'node')} and {wording.counted(embedding.n_links, 'link')}."
+        f"{wording.amount(grid.size[0])} x {wording.amount(grid.size[1])} m in cells of "
+        f"{wording.exact(100 * grid.cell_size)} cm and {wording.counted(grid.n_headings, 'heading')}. Unrolled into "
+        f"the scene: {wording.counted(embedding.n_nodes, 'node')} and {wording.counted(embedding.n_links, 'link')}."
     )
 
 

@@ -95,13 +95,12 @@ def _words(number: int | float, unit: str) -> str:
     if unit == "share" and 0 <= number <= 1:
         return wording.share(number)
     if isinstance(number, int):
-        text = f"{number:,}"
+        text = wording.number(number)
     elif unit in ("m2", "m", "s"):
         text = wording.amount(number)
     else:
         # Costs, variabilities, coordinates of whatever size: four digits, and never an exponent.
-        size = abs(number)
-        text = f"{number:,.0f}" if size >= 1000 else f"{number:.4g}" if size >= 1e-4 else "0"
+        text = "0" if abs(number) < 1e-4 else wording.exact(number, 4)
     return f"{text} {_UNITS.sub(_raised, unit)}".rstrip() if said else text
 
 

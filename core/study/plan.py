@@ -34,6 +34,7 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
+from .. import wording
 from ..errors import StudyError
 from .measures import Measure, checked_measure
 from .settings import Stage, Value, checked, of_stage
@@ -171,7 +172,9 @@ def plan_of(table: Mapping[str, Any], folder: Path, title: str) -> StudyPlan:
         raise StudyError(f"Two measures are called '{twice[0]}'; give one of them another name.")
     n_cases = len(scenes) * len(clips) * prod(len(values) for values in settings.values())
     if n_cases > MAX_CASES:
-        raise StudyError(f"That makes {n_cases:,} cases, more than {MAX_CASES:,}; leave some values out.")
+        raise StudyError(
+            f"That makes {wording.number(n_cases)} cases, more than {wording.number(MAX_CASES)}; leave some values out."
+        )
     return StudyPlan(str(table.get("title", title)), scenes, clips, settings, measures)
 
 

@@ -135,14 +135,15 @@ class BudgetedPruning:
         kept = f"{wording.share(self.coverage_kept)} of the {self.settings.places.value.lower()}"
         worth = ""
         asked = self.settings.measure
-        if asked is not None:
-            worth = f", with a {asked.name} of {self.measure:.4g} {asked.unit} instead of {self.measure_before:.4g}"
-        size = f"{self.cost:,} of {self.cost_before:,} {unit} keep {kept}{worth}"
+        if asked is not None and self.measure is not None and self.measure_before is not None:
+            now, before = wording.short(self.measure), wording.short(self.measure_before)
+            worth = f", with a {asked.name} of {now} {asked.unit} instead of {before}"
+        size = f"{wording.number(self.cost)} of {wording.number(self.cost_before)} {unit} keep {kept}{worth}"
         if self.met:
             return f"{size}."
         return (
-            f"The budget of {self.settings.budget:,} {unit} cannot be met: {size}, and nothing smaller was found that "
-            "keeps what was asked for; raise the budget or allow to lose more."
+            f"The budget of {wording.number(self.settings.budget)} {unit} cannot be met: {size}, and nothing smaller "
+            "was found that keeps what was asked for; raise the budget (Links or Megabytes) or May Lose."
         )
 
 

@@ -77,7 +77,7 @@ def test_thresholds_are_settings():
     strict = ContactSettings(height=0.01, release_height=0.02)
     assert foot_contacts(clip)[30:, 0].all()
     assert not foot_contacts(clip, strict)[30:, 0].any()
-    with pytest.raises(ClipError, match="released"):
+    with pytest.raises(ClipError, match="Lifted Above"):
         ContactSettings(height=0.1, release_height=0.05)
 
 

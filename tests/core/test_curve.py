@@ -126,7 +126,7 @@ def test_points_lie_evenly_along_the_line():
 def test_impossible_curves_say_why(hall):
     with pytest.raises(WalkError, match="at least two points"):
         walk_along(hall, [(1, 1)])
-    with pytest.raises(WalkError, match=r"only 0\.00 m long"):
+    with pytest.raises(WalkError, match=r"only 0 m long"):
         walk_along(hall, [(1, 1), (1, 1)])
     with pytest.raises(WalkError, match="Nobody can start"):
         walk_along(hall, [(-3, 1), (1, 1)])

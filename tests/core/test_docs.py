@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
@@ -73,6 +74,20 @@ def test_commands_exist(page):
     commands = set(re.findall(r"^  (\w+)", dev.HELP, re.MULTILINE))
     named = set(re.findall(r"python3 dev\.py (\w+)", page.read_text("utf-8")))
     assert commands >= {"demo", "test"} and named <= commands
+
+
+def test_the_changelog_is_of_this_version():
+    version = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))["version"]
+    latest = (ROOT / "CHANGELOG.md").read_text("utf-8").split("\n## ")[1]
+    assert re.search(rf"\b{re.escape(version)}\b", latest)
+
+
+def test_the_changelog_tells_all_commands():
+    tree = dict(sources("addon"))["addon/command.py"]
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    added = [node for node in calls if getattr(node.func, "attr", "") == "add_parser"]
+    told = re.findall(r"--command wayfarer ([\w|]+)", (ROOT / "CHANGELOG.md").read_text("utf-8"))
+    assert added and {ast.literal_eval(node.args[0]) for node in added} == set(told[0].split("|"))
 
 
 @cache
@@ -189,8 +204,8 @@ def test_the_method_states_the_defaults():
         f"at most {EXPLICIT_LINKS:,} links",
         f"the limit ({EmbeddingSettings().memory_limit / 1e9:g} GB)",
         f"Areas under {WeakSpotSettings().min_area} m²",
-        f"{IMPORTANT_FLOOR:.0%} of the floor or more, or {IMPORTANT_PLACES:.0%} of the places".replace("%", " %"),
-        f"{SPARE_SHARE:.1%} or more of either".replace("%", " %"),
+        f"{IMPORTANT_FLOOR:.0%} of the floor or more, or {IMPORTANT_PLACES:.0%} of the places",
+        f"{SPARE_SHARE:.1%} or more of either",
         f"straight lines between the centres of cells up to {REACH} cells apart in x and y",
         f"drawn evenly from the covered floor within {FARTHEST:g} m",
         f"no point holds more than {CurveSettings().beam} nodes",

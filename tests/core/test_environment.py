@@ -111,7 +111,7 @@ def test_rooms_and_ceilings_are_not_solid():
 
 
 def test_a_ground_too_large_for_memory_is_refused():
-    with pytest.raises(SceneError, match="larger cells"):
+    with pytest.raises(SceneError, match="larger Cell Size"):
         build_environment(Grid((40_000, 40_000, 8), 0.1), np.empty((0, 3, 3)))
 
 
@@ -315,7 +315,7 @@ def test_grid_over_rectangle():
         (lambda: build_environment(Grid((4, 4, 4), 0.1), np.full((1, 3, 3), np.nan)), "not a number"),
         (
             lambda: build_environment(Grid((4, 4, 4), 0.1), [], settings=EnvironmentSettings(radius=-1)),
-            "radius",
+            "Radius",
         ),
         (
             lambda: build_environment(

@@ -148,7 +148,7 @@ def test_tables_that_are_too_large_are_refused():
     counted = replace(embedding)
     counted.__dict__.update(n_links=2**31)
     with pytest.raises(
-        ExportError, match=r"would take 8\.6 GB; prune the embedding, or leave the table out.*--no-table"
+        ExportError, match=r"would take 8\.59 GB; prune the embedding, or leave the table out.*--no-table"
     ):
         engine_files(counted)
     assert engine_files(counted, with_table=False)

@@ -319,7 +319,7 @@ def test_nothing_connects_names_a_cost_that_does():
     clip = walk(period=20.0, swing=1.0)
     with pytest.raises(MotionGraphError, match=r"Nothing connects at a cost of 0\.0001 .*lowest cost") as caught:
         build_motion_graph([clip], MotionGraphSettings(max_cost=1e-4))
-    advice = float(str(caught.value).split("maximum cost to ")[1].split(",")[0])
+    advice = float(str(caught.value).split("Max Cost to ")[1].split(",")[0])
     assert advice > 1e-4
     assert len(build_motion_graph([clip], MotionGraphSettings(max_cost=advice)).links) > 0
 

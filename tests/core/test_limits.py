@@ -41,7 +41,7 @@ def test_limits_beyond_any_sense_are_refused_at_once(limit):
         FootprintSettings(position_base=limit),
         FootprintSettings(position_rate=limit, heading_base=limit),
     ):
-        with pytest.raises(EmbeddingError, match=r"would need about .* more than the limit of 4\.0 GB"):
+        with pytest.raises(EmbeddingError, match=r"would need about .* more than the limit of 4 GB"):
             embed(graph, environment, EmbeddingSettings(footprint))
     # Footprints without a heading hold nothing, however wide they are.
     nowhere = FootprintSettings(position_base=limit, heading_rate=0.0, rule=FootprintRule.CONSERVATIVE)
@@ -65,7 +65,5 @@ def test_too_many_pairs_are_refused_with_what_they_would_need():
     clips = sample_repertoire()[:6]
     graph = build_motion_graph(clips, MotionGraphSettings(n_starts=1, memory_limit=1e8))
     assert len(graph.links)
-    with pytest.raises(
-        MotionGraphError, match=r"million pairs .* these 6 clips cost 0\.3 or less\. .*lower the maximum"
-    ):
+    with pytest.raises(MotionGraphError, match=r"million pairs .* these 6 clips cost 0\.3 or less\. .*lower Max Cost"):
         build_motion_graph(clips, MotionGraphSettings(n_starts=1, memory_limit=1e4))

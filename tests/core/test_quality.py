@@ -110,7 +110,7 @@ def test_a_foot_that_is_pushed_tops_the_list(walk, played):
     translations[frame, 0, 0] += 0.5
     damaged = walk_quality(walk, replace(played, translations=translations))
     assert damaged.worst_frames[0].frame in (frame - 1, frame)
-    assert damaged.worst_frames[0].value > 10 and damaged.worst_frames[0].unit == "m/s"
+    assert damaged.worst_frames[0].value > 1000 and damaged.worst_frames[0].unit == "cm/s"
 
 
 def test_clean_up_shows_in_the_report(walk, played, report):
@@ -118,7 +118,7 @@ def test_clean_up_shows_in_the_report(walk, played, report):
     assert cleaned.mean_slide <= 0.02 < report.mean_slide
     assert cleaned.largest_gap == report.largest_gap
     text = cleaned.describe()
-    assert "m/s" in text and len(text.splitlines()) == 5
+    assert "cm/s" in text and len(text.splitlines()) == 5
 
 
 def test_a_foot_that_is_lifted_does_not_slide_and_every_other_frame_counts(walk, played):
@@ -137,7 +137,7 @@ def test_a_foot_that_is_lifted_does_not_slide_and_every_other_frame_counts(walk,
         assert foot.worst == pytest.approx(max(slides.values()))
         assert slides[foot.worst_frame] == pytest.approx(foot.worst)
         named = [entry for entry in found.worst_frames if entry.what == f"{foot.foot} slides" and entry.value > 0]
-        assert all(slides[entry.frame] == pytest.approx(entry.value) for entry in named)
+        assert all(100 * slides[entry.frame] == pytest.approx(entry.value) for entry in named)
     with pytest.raises(WalkError, match="Lifted"):
         walk_quality(walk, played, lifted=lifted[1:])
 

@@ -247,7 +247,7 @@ def test_what_cannot_be_answered_is_said():
     with pytest.raises(EvaluationError, match="before the start"):
         time_to_reach(embedding, goal).area_within(-1)
     tight = replace(embedding, settings=replace(embedding.settings, memory_limit=100.0))
-    with pytest.raises(EmbeddingError, match="use larger cells"):
+    with pytest.raises(EmbeddingError, match="use a larger Cell Size"):
         time_to_reach(tight, goal)
     nothing = restrict(embedding, [0] * len(goal))
     with pytest.raises(EvaluationError, match="empty"):

@@ -88,9 +88,9 @@ def test_progress_rises_through_all_thresholds_that_are_tried():
 
 def test_what_cannot_be_kept_is_said_with_the_most_that_can(clips):
     share = 0.999999
-    with pytest.raises(MotionGraphError, match=r"At most [\d.]+ % of the motion can be kept, at a cost of") as caught:
+    with pytest.raises(MotionGraphError, match=r"At most [\d.]+% of the motion can be kept, at a cost of") as caught:
         build_motion_graph(clips, at_least(share))
-    said, cost = str(caught.value).split("At most ")[1].split(" % of the motion can be kept, at a cost of ")
+    said, cost = str(caught.value).split("At most ")[1].split("% of the motion can be kept, at a cost of ")
     most = float(said) / 100
     found = build_motion_graph(clips, MotionGraphSettings(max_cost=0.3))
     assert coverage(found, clips) == pytest.approx(most, abs=1e-3)

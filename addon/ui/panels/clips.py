@@ -1,14 +1,12 @@
 """The character's clips: which take part, what is wrong with them, when their feet are planted."""
 
-import math
-
 import bpy
 
 from ...advice import clip_advice
 from ...bridge.tags import tag_names
 from ...clip_actions import action_seconds
 from ...state import contacts_of, health_of, motion_of
-from ...text import share
+from ...text import of, scene_length, share, time, turn
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
@@ -42,7 +40,7 @@ class WAYFARER_PT_clips(Step, bpy.types.Panel):
             return
         used = [clip.action for clip in settings.clips if clip.use and clip.action]
         seconds = sum(action_seconds(scene, action) for action in used)
-        layout.label(text=f"{len(used)} of {len(settings.clips)} in use, {seconds:.1f} s")
+        layout.label(text=f"{of(len(used), len(settings.clips))} in use, {time(seconds)}")
 
 
 class _ClipsPart(Sidebar):
@@ -75,9 +73,9 @@ class WAYFARER_PT_clip(_ClipsPart, bpy.types.Panel):
         draw_numbers(
             layout,
             (
-                ("Duration", f"{action_seconds(scene, action):.2f} s"),
-                ("Distance", f"{motion.distance:.2f} m" if motion else "not examined"),
-                ("Turn", f"{math.degrees(motion.turn):+.0f}\u00b0" if motion else "not examined"),
+                ("Duration", time(action_seconds(scene, action))),
+                ("Distance", scene_length(scene, motion.distance) if motion else "not examined"),
+                ("Turn", turn(motion.turn) if motion else "not examined"),
                 ("Tags", ", ".join(tags) if tags else "none"),
             ),
         )
@@ -92,7 +90,7 @@ class WAYFARER_PT_health(_ClipsPart, bpy.types.Panel):
         known = [health_of(scene, clip.action) for clip in scene.wayfarer.clips if clip.use and clip.action]
         ill = sum(health is not None and not health.is_healthy for health in known)
         if ill:
-            self.layout.label(text=f"{ill} of {len(known)}", icon="ERROR")
+            self.layout.label(text=of(ill, len(known)), icon="ERROR")
         elif known and None not in known:
             self.layout.label(text="", icon="CHECKMARK")
 

@@ -4,7 +4,7 @@ import bpy
 
 from ...advice import embedding_advice
 from ...state import embedding_changes, embedding_is_stale, lost_links, results
-from ...text import share, share_of, short
+from ...text import angle, memory, number, share, share_of, short, small
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
@@ -24,6 +24,9 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
         column.prop(settings, "footprint_rule")
         column.prop(settings, "position_rate")
         column.prop(settings, "heading_rate")
+        # Both are rates, and fields cannot say so: no unit of Blender's is "per metre".
+        limits = (small(settings.position_rate), angle(settings.heading_rate))
+        draw_numbers(column, (("At Most", f"{limits[0]} per m"), ("", f"{limits[1]} per m")))
         layout.operator("wayfarer.embed", icon="LIGHTPROBE_VOLUME")
         scene = context.scene
         found = results(scene)
@@ -37,8 +40,8 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
             layout,
             (
                 ("Grid", f"{nx} x {ny} x {n_headings}"),
-                ("Nodes", f"{numbers['nodes']:,}"),
-                ("Links", f"{numbers['links']:,}"),
+                ("Nodes", number(numbers["nodes"])),
+                ("Links", number(numbers["links"])),
                 ("Floor Covered", share(numbers["coverage"])),
             ),
         )
@@ -72,7 +75,7 @@ class WAYFARER_PT_lost_links(Sidebar, bpy.types.Panel):
         draw_numbers(
             layout,
             (
-                ("On Empty Ground", f"{lost.possible:,}"),
+                ("On Empty Ground", number(lost.possible)),
                 ("Lost to Obstacles", _part(lost.obstacles, lost.possible)),
                 ("Lost to Regions", _part(lost.regions, lost.possible)),
                 ("Lead Nowhere", _part(lost.free - lost.embedded, lost.possible)),
@@ -91,7 +94,7 @@ class WAYFARER_PT_file(Sidebar, bpy.types.Panel):
         layout.prop(context.scene.wayfarer, "keep_results")
         size = results(context.scene).stored_bytes
         if size and context.scene.wayfarer.keep_results:
-            draw_numbers(layout, (("When Last Saved", f"{size / 1e6:.1f} MB"),))
+            draw_numbers(layout, (("When Last Saved", memory(size)),))
 
 
 def _part(count: int, of: int) -> str:

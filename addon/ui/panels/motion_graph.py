@@ -3,6 +3,7 @@
 import bpy
 
 from ...state import graph_changes, graph_is_stale, results
+from ...text import number, of, short, time
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
 _MOST_ROWS = 8
@@ -46,12 +47,12 @@ class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
             draw_numbers(
                 layout,
                 (
-                    ("Segments", f"{len(found.graph.segments):,}"),
-                    ("Links", f"{len(found.graph.links):,}"),
-                    ("Highest Cost", f"{found.graph.max_cost:.3g}"),
-                    ("Clips", f"{numbers['clips_played']} of {numbers['clips']}"),
-                    ("Motion", f"{numbers['motion_seconds']:.1f} s"),
-                    ("Dropped", f"{numbers['dropped_seconds']:.1f} s"),
+                    ("Segments", number(len(found.graph.segments))),
+                    ("Links", number(len(found.graph.links))),
+                    ("Highest Cost", short(found.graph.max_cost)),
+                    ("Clips", of(numbers["clips_played"], numbers["clips"])),
+                    ("Motion", time(numbers["motion_seconds"])),
+                    ("Dropped", time(numbers["dropped_seconds"])),
                 ),
             )
 
@@ -103,10 +104,10 @@ class WAYFARER_PT_dropped(Sidebar, bpy.types.Panel):
             box = self.layout.box()
             box.label(text=reason[:1].upper() + reason[1:], translate=False)
             clips.sort(key=lambda clip: -clip[1])
-            rows = [(name, f"{seconds:.1f} s", 0) for name, seconds in clips[:_MOST_ROWS]]
+            rows = [(name, time(seconds), 0) for name, seconds in clips[:_MOST_ROWS]]
             rest = clips[_MOST_ROWS:]
             if rest:
-                rows.append((f"{len(rest)} More", f"{sum(seconds for _, seconds in rest):.1f} s", 0))
+                rows.append((f"{number(len(rest))} More", time(sum(seconds for _, seconds in rest)), 0))
             draw_table(box, rows)
 
 

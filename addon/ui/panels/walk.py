@@ -1,12 +1,11 @@
 """Walking."""
 
-import math
-
 import bpy
 
 from ...advice import stale_advice
 from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
 from ...state import find_walk, results, walk_changes, walk_is_stale
+from ...text import angle, number, of, scene_length, scene_slide, small, time
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
@@ -45,9 +44,9 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
             draw_numbers(
                 layout,
                 (
-                    ("Duration", f"{numbers['walk_seconds']:.1f} s"),
-                    ("Length", f"{numbers['walk_length']:.1f} m"),
-                    ("Segments", f"{numbers['walk_segments']:,}"),
+                    ("Duration", time(numbers["walk_seconds"])),
+                    ("Length", scene_length(context.scene, numbers["walk_length"])),
+                    ("Segments", number(numbers["walk_segments"])),
                 ),
             )
 
@@ -121,19 +120,20 @@ class WAYFARER_PT_walk_quality(Sidebar, bpy.types.Panel):
         return context.scene.wayfarer.walk.report.is_there
 
     def draw(self, context):
-        layout, report = split_properties(self.layout), context.scene.wayfarer.walk.report
+        scene = context.scene
+        layout, report = split_properties(self.layout), scene.wayfarer.walk.report
         rows = []
         if report.slide_after >= 0:
             rows += [
-                ("Feet Slide", f"{100 * report.slide_after:.1f} cm/s"),
-                ("Before Holding", f"{100 * report.slide_before:.1f} cm/s"),
-                ("In the Clips", f"{100 * report.slide_in_clips:.1f} cm/s"),
+                ("Feet Slide", scene_slide(scene, report.slide_after)),
+                ("Before Holding", scene_slide(scene, report.slide_before)),
+                ("In the Clips", scene_slide(scene, report.slide_in_clips)),
             ]
         if report.gap_joint:
-            rows += [("Largest Gap", f"{math.degrees(report.gap):.1f}\u00b0"), ("at", report.gap_joint)]
+            rows += [("Largest Gap", angle(report.gap)), ("at", report.gap_joint)]
         rows += [
-            ("Root Edit", f"{100 * report.edit:.1f} cm per m"),
-            ("Turn Edit", f"{math.degrees(report.turn_edit):.1f}\u00b0 per m"),
+            ("Root Edit", f"{small(report.edit)} per m"),
+            ("Turn Edit", f"{angle(report.turn_edit)} per m"),
         ]
         draw_numbers(layout, rows)
         draw_sentences(context, layout, [report.feet], "INFO")
@@ -162,9 +162,9 @@ class WAYFARER_PT_crowd(Sidebar, bpy.types.Panel):
         row.operator("wayfarer.crowd", icon="COMMUNITY")
         row.operator("wayfarer.remove_crowd", text="", icon="TRASH")
         if settings.n_wanted:
-            rows = [("Walking", f"{settings.n_walking} of {settings.n_wanted}")]
+            rows = [("Walking", of(settings.n_walking, settings.n_wanted))]
             if settings.closest > 0:
-                rows.append(("Closest", f"{settings.closest:.2f} m"))
+                rows.append(("Closest", scene_length(scene, settings.closest)))
             draw_numbers(layout, rows)
             draw_sentences(context, layout, settings.unserved.splitlines())
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import wording
 from ...embedding.embedding import Embedding
 from ...embedding.footprint import path_length
 from ...environment.regions import RegionRule
@@ -149,7 +150,7 @@ def candidates(embedding: Embedding, family: CandidateFamily | None = None, reti
         for direction, words in ((90, "to the left"), (-90, "to the right"), (180, "backwards")):
             duration = length / (SIDESTEP_SPEED * speed)
             path = _arc(length, 0.0, np.radians(direction), _n_frames(duration, graph.frame_rate))
-            found.append(_like(graph, template, f"a step of {length:g} m {words}", path, {}))
+            found.append(_like(graph, template, f"a step of {wording.exact(length)} m {words}", path, {}))
     if family.mirrored:
         found += _mirror_images(graph, template)
     if retimed:
@@ -161,9 +162,9 @@ def move_words(length: float, turn: float) -> str:
     """ "a 60 degree left turn over 0.9 m", "a straight walk of 0.8 m", "a 90 degree right turn on the spot"."""
     degrees = round(abs(np.degrees(turn)))
     if degrees == 0:
-        return f"a straight walk of {length:.2g} m"
+        return f"a straight walk of {wording.rough(length)} m"
     article = "an" if str(degrees).startswith("8") or degrees in (11, 18) else "a"
-    way = f"over {length:.2g} m" if length else "on the spot"
+    way = f"over {wording.rough(length)} m" if length else "on the spot"
     return f"{article} {degrees} degree {'left' if turn > 0 else 'right'} turn {way}"
 
 
@@ -222,7 +223,7 @@ def _mirror_images(graph: MotionGraph, template: int) -> list[Candidate]:
         ends.append(path[-1])
         tags = {tag: mask.copy() for tag, mask in segment.tags.items()}
         length, turn = path_length(segment), float(path[-1, 2])
-        move = move_words(length, turn) if abs(turn) >= TURN else f"a diagonal walk of {length:.2g} m"
+        move = move_words(length, turn) if abs(turn) >= TURN else f"a diagonal walk of {wording.rough(length)} m"
         found.append(_like(graph, template, f"the mirror image of '{segment.name}' ({move})", path, tags))
     return found
 
@@ -240,7 +241,7 @@ def _retimed(embedding: Embedding, family: CandidateFamily) -> list[Candidate]:
             frames = np.arange(segment.n_frames)
             path = np.column_stack([np.interp(at, frames, segment.path[:, axis]) for axis in range(3)])
             tags = {tag: mask[np.rint(at).astype(int)] for tag, mask in segment.tags.items()}
-            words = f"'{segment.name}' at {1 / factor:.3g} times its speed"
+            words = f"'{segment.name}' at {wording.short(1 / factor)} times its speed"
             duration = (n_frames - 1) / graph.frame_rate
             again = replace(segment, name=words, first=0, last=n_frames - 1, path=path, duration=duration, tags=tags)
             found.append(_placed(graph, i, words, again))

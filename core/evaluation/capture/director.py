@@ -58,9 +58,10 @@ class Gain:
         elif self.places > 0:
             places = wording.counted(self.places, "position and heading", "positions and headings")
             said.append(f"open {places}, but no new floor")
-        if measure is not None and self.measure is not None and self.measure > 0:
+        before, after = self.before.measure, self.after.measure
+        if measure is not None and before is not None and after is not None and before > after:
             said.append(
-                f"shorten the {measure.name} from {self.before.measure:.2f} to {self.after.measure:.2f} {measure.unit}"
+                f"shorten the {measure.name} from {wording.short(before)} to {wording.short(after)} {measure.unit}"
             )
         if not said:
             return f"{subject} would open nothing."

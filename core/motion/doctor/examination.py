@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import wording
 from ...errors import ClipError
 from ..clip import MotionClip
 from ..in_place import Feet, missing_speed
@@ -61,8 +62,8 @@ def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[F
     found += _pops(clip, settings, [finding.frames for finding in found if finding.kind is not FindingKind.IN_PLACE])
     if clip.duration < settings.min_segment_duration - 1e-9:
         sentence = (
-            f"Clip '{clip.name}' lasts {clip.duration:.2f} s, less than one segment of "
-            f"{settings.min_segment_duration:g} s; drop it or allow shorter segments."
+            f"Clip '{clip.name}' lasts {wording.time(clip.duration)}, less than one segment of "
+            f"{wording.exact(settings.min_segment_duration)} s; drop it or shorten Min Segment."
         )
         whole = (0, clip.n_frames - 1)
         found.append(Finding(clip.name, FindingKind.TOO_SHORT, whole, (), sentence, Remedy(RemedyKind.DROP)))
@@ -144,7 +145,7 @@ def _in_place(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
         return []
     sentence = (
         f"Clip '{clip.name}' walks on the spot: at {source_frames(clip, 0, clip.n_frames - 1)} its feet slide at "
-        f"{missing:.2f} m/s and its root does not travel; synthesise root motion from its standing feet."
+        f"{wording.speed(missing)} and its root does not travel; synthesise root motion from its standing feet."
     )
     remedy = Remedy(RemedyKind.ROOT_MOTION)
     whole = (0, clip.n_frames - 1)
@@ -205,7 +206,7 @@ def _other_proportions(
     names = tuple(clip.skeleton.names[joint + 1] for joint in off)
     sentence = (
         f"Clip '{clip.name}' has a character of other proportions: bone '{clip.skeleton.names[worst + 1]}' is "
-        f"{own[worst]:.3f} m long, and {typical[worst]:.3f} m in most clips; drop it or retarget it."
+        f"{wording.small(own[worst])} long, and {wording.small(typical[worst])} in most clips; drop it or retarget it."
     )
     whole = (0, clip.n_frames - 1)
     remedy = Remedy(RemedyKind.DROP)

@@ -32,7 +32,8 @@ def times_section_steps(embedding: Embedding, questions: Questions) -> Generator
     areas, within = field.areas(times), reach_table(field, times)
     covered = np.count_nonzero(embedding.covered().any(axis=2)) * embedding.environment.grid.cell_size**2
     said = "; ".join(
-        f"within {time:g} s from {wording.area(area)} ({wording.share_of(area, covered)} of the covered floor)"
+        f"within {wording.exact(time)} s from {wording.area(area)} ({wording.share_of(area, covered)} of the covered "
+        "floor)"
         for time, area in zip(times, areas, strict=True)
     )
     longest = wording.time(float(seconds[np.isfinite(seconds)].max(initial=0.0)))

@@ -50,8 +50,8 @@ def weak_spots_section_steps(embedding: Embedding, questions: Questions) -> Gene
     listed_spots = wording.counted(len(found.spots), "weak spot")
     lead = (
         f"{listed_spots}, {wording.area(found.area)} in all: connected floor that no walk stands on, or that has few "
-        f"ways through it, which means a variability under {settings.threshold:,}, {wording.share(FEW_WAYS_SHARE)} of "
-        "the median of the places reached."
+        f"ways through it, which means a variability under {wording.number(settings.threshold)}, "
+        f"{wording.share(FEW_WAYS_SHARE)} of the median of the places reached."
     )
     texts = [f"{spot.describe()}." for spot in found.spots[:_LISTED]] or ["There are no weak spots."]
     if len(found.spots) > _LISTED:
