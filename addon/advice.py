@@ -6,7 +6,7 @@ Nothing here stops anybody: what cannot be done at all is an error of the core.
 from .bridge.tags import tag_names
 from .clip_actions import character_problem
 from .state import embedding_changes, results
-from .text import share
+from .text import length, share
 
 _SMALLEST = 0.4
 _LARGEST = 20.0
@@ -31,7 +31,7 @@ def clip_advice(scene) -> list[str]:
     height = _height(settings.character)
     if 0 < height < _SMALLEST or height > _LARGEST:
         return [
-            f"'{settings.character.name}' is {height:.3g} m tall in its rest pose, and everything here is in metres; "
+            f"'{settings.character.name}' is {length(height)} tall in its rest pose, and everything here is in metres; "
             "scale its armature object to its real size"
         ]
     return []
@@ -101,7 +101,7 @@ def start_advice(wanted, walk) -> str:
     distance = ((x - wanted[0]) ** 2 + (y - wanted[1]) ** 2) ** 0.5
     if distance <= _FAR:
         return ""
-    return f"The walk starts {distance:.1f} m from the place that was asked for, the nearest that can be reached"
+    return f"The walk starts {length(distance)} from the place that was asked for, the nearest that can be reached"
 
 
 def _known_tags(scene) -> set[str] | None:

@@ -13,16 +13,16 @@ from ..core.errors import ClipError, MotionGraphError, SceneError
 from ..core.evaluation.floor import floor_cells
 from ..core.evaluation.weak_spots import connected_areas
 from ..core.progress import finish
-from .bridge.body import add_body
-from .operators.paint_map import FLOOR_NAME
+from .bridge.body import add_body, remove_body
 from .properties import MapQuantity
+from .render.floor import find_floor
 from .render.map_picture import MapScene, draw_map
 from .render.view_picture import choose_moments, draw_view
 from .render.viewport import add_camera_and_sun, set_up_viewports
-from .render.walk_curve import NAME as WALK_NAME
+from .render.walk_curve import find_walk_curve
 from .scene_collections import OUTPUT, ensure_collection
 from .state import embedding_of, graph_of, results, walk_of
-from .text import area, counted, place, share, time
+from .text import area, counted, number, place, share, time
 from .walks.choosing import TriedWalk, tried_walks_steps
 from .walks.motion import read_motion_request
 from .walks.request import read_request
@@ -111,12 +111,11 @@ def shown_scene() -> MapScene:
     scene = bpy.context.scene
     settings, found = scene.wayfarer.environment, results(scene)
     grid = embedding_of(scene).environment.grid
-    collection = ensure_collection(scene, OUTPUT)
     return MapScene(
-        floor=collection.objects[FLOOR_NAME],
+        floor=cast(bpy.types.Object, find_floor(scene)),
         obstacles=tuple(settings.obstacles.all_objects) if settings.obstacles else (),
         regions=tuple(region.object for region in settings.regions if region.object),
-        walk=collection.objects.get(WALK_NAME),
+        walk=find_walk_curve(ensure_collection(scene, OUTPUT)),
         low=grid.origin,
         high=(grid.origin[0] + grid.size[0], grid.origin[1] + grid.size[1]),
         ground_height=found.ground_height,
@@ -135,9 +134,9 @@ def _draw_map(path, shown: MapScene) -> None:
         shown,
         title="Where it can go",
         notes=notes,
-        highest=f"up to {summary['map_highest']:,}",
+        highest=f"up to {number(summary['map_highest'])}",
         regions=_region_words(),
-        walk=f"a walk of {summary['walk_seconds']:.0f} s",
+        walk=f"a walk of {time(summary['walk_seconds'])}",
     )
 
 
@@ -166,7 +165,7 @@ def draw_walk_view(path, shown: MapScene) -> None:
         draw_view(path, shown, bodies, [scene.frame_start + round(moment * rate) for moment in moments])
     finally:
         if own is not None:
-            bpy.data.meshes.remove(cast(bpy.types.Mesh, own.data))
+            remove_body(own)
 
 
 def _special_frames(walk) -> np.ndarray:

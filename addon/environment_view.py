@@ -90,6 +90,8 @@ def _tick() -> float | None:
     if _work is None:
         return _LOOK
     try:
+        # The first step at once, however long it took to get here: it reads from Blender's data, which does not last.
+        next(_work)
         while time.perf_counter() - started < _SLICE:
             next(_work)
         return 0.0

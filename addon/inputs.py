@@ -20,10 +20,15 @@ from ..core.progress import Progress, finish
 from .bridge.read_actions import read_clip
 from .bridge.read_scene import ShapeMemory, read_pieces, read_triangles
 from .bridge.skeleton import bind_rig
+from .bridge.write_colors import painted_ground
 from .clip_actions import character_problem
 from .fingerprint import fingerprint
 from .motion_fingerprint import action_fingerprint
 from .properties.environment import GroundSource
+from .render.walk_curve import find_walk_curve
+from .render.walk_fan import walk_fan
+from .scene_changes import belongs_to
+from .scene_collections import OUTPUT, find_collection
 
 # ------------------------------------------------------------------------------------------------ motion
 
@@ -168,20 +173,29 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
 
     With a ``memory``, shapes that it knows are not read again.
 
-    Raises SceneError if there is nothing that the ground could come from, or if a region has no faces.
+    Raises SceneError if there is nothing that the ground could come from, if a region has no faces, or if ground or
+    region are part of the character.
     """
     settings = scene.wayfarer.environment
-    others = {settings.ground, scene.wayfarer.character, *(region.object for region in settings.regions)}
+    others = {
+        *_made_by_us(scene),
+        settings.ground,
+        scene.wayfarer.character,
+        *(region.object for region in settings.regions),
+    }
     solid = [
         obj
         for obj in (settings.obstacles.all_objects if settings.obstacles else ())
         if obj not in others and obj.parent not in others - {None}
     ]
     pieces = read_pieces(solid, depsgraph, memory)
+    if settings.source is GroundSource.OBJECT:
+        _check_stays(scene, "ground", settings.ground)
     low, high, height = _ground(settings, pieces, depsgraph)
     regions = []
     for region in settings.regions:
         if region.object is not None:
+            _check_stays(scene, "region", region.object)
             triangles = read_triangles([region.object], depsgraph, memory)
             if len(triangles) == 0:
                 raise SceneError(
@@ -189,6 +203,27 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
                 )
             regions.append(triangles)
     return SceneShapes(pieces, low, high, height, tuple(regions))
+
+
+def _made_by_us(scene) -> set:
+    """The painted floor and the curves of walks, which change with what they show."""
+    collection = find_collection(scene, OUTPUT)
+    if collection is None:
+        return set()
+    return {painted_ground(collection), find_walk_curve(collection), *walk_fan(collection)} - {None}
+
+
+def _check_stays(scene, what: str, obj) -> None:
+    """SceneError if an object that an environment is to be made from goes where the character goes."""
+    if obj in _made_by_us(scene):
+        raise SceneError(
+            f"The {what} '{obj.name}' is what Wayfarer draws, and changes with what it shows; choose another object."
+        )
+    if belongs_to(obj, scene.wayfarer.character):
+        raise SceneError(
+            f"The {what} '{obj.name}' is part of the character, and would be elsewhere after every walk; choose "
+            "another object."
+        )
 
 
 def _ground(settings, pieces: Sequence[Piece], depsgraph) -> tuple[tuple[float, float], tuple[float, float], float]:

@@ -59,7 +59,7 @@ class LiveEvaluation:
     """The embedding and the map of one scene, following its changes.
 
     Tell it of changes with :meth:`change`, and call :meth:`step` until it returns True. It holds no reference to
-    Blender's data between two calls. What it does is no step of undo.
+    Blender's data between two calls. What it does is no step of undo, unless there was no floor to paint.
 
     ``memory`` are the shapes that are known; whoever gives it sees to it that what has changed is forgotten.
 
@@ -265,6 +265,8 @@ class LiveEvaluation:
         started = time.thread_time()
         if task.up_to_date is None and task.shapes is not None:
             keep_embedding(scene, embedding, task.shapes)
+            # Later: the map does not depend on it.
+            self._uncounted = embedding
         self._paint(scene, embedding, painted, task.wanted.map_key, task.offset)
         self._shown = task.wanted, embedding, painted
         self._repaint = False
@@ -274,9 +276,6 @@ class LiveEvaluation:
         self._durations.append(self._worked + now - self._step_began)
         self.written, self.changed_at = now - self._began_at, self._began_at
         self.seconds = self._spent
-        if task.up_to_date is None:
-            # Later: the map does not depend on it.
-            self._uncounted = embedding
         if settings.map.key != task.wanted.map_key:
             self._stale = True
 

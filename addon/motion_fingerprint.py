@@ -32,8 +32,8 @@ def actions_fingerprint(scene, known: Mapping[str, str] | None = None) -> str:
     ``known`` are the fingerprints of actions, by name, that were just taken.
     """
     used = scene.wayfarer.used_actions()
-    # Two of one name there may be where one comes from another file.
-    often = Counter(action.name for action in used)
+    # Two of one name there may be where one comes from another file; what is known may be of the one not in use.
+    often = Counter(action.name for action in bpy.data.actions) if known else {}
     alone = {name: seen for name, seen in (known or {}).items() if often[name] == 1}
     actions = (alone.get(action.name) or action_fingerprint(scene, action) for action in used)
     return fingerprint(_rig_fingerprint(scene.wayfarer.character, used), *sorted(actions))

@@ -7,7 +7,7 @@ import numpy as np
 from ..core.embedding.embedding import Embedding
 from ..core.evaluation.why_not import Reason
 from .render.reason_colors import floor_reasons, place_reason
-from .text import counted
+from .text import angle, counted, number, place
 
 
 @dataclass(frozen=True)
@@ -42,16 +42,16 @@ class PlaceReport:
     def lines(self, n_segments: int = 4) -> list[str]:
         """The report in short lines."""
         n_headings, ways = len(self.variability), int(self.variability.sum())
-        lines = [f"Cell {self.cell[0]}, {self.cell[1]} at {self.position[0]:.2f}, {self.position[1]:.2f} m"]
+        lines = [f"Cell {self.cell[0]}, {self.cell[1]} at {place(*self.position)}"]
         if self.reason:
             lines.append(self.reason)
         if ways == 0:
             return lines
         best = int(np.argmax(self.variability))
         lines.append(f"{counted(ways, 'way')} in {self.n_covered} of {counted(n_headings, 'heading')}")
-        lines.append(f"Most at {360 * best / n_headings:.0f}°: {counted(int(self.variability[best]), 'way')}")
+        lines.append(f"Most at {angle(2 * np.pi * best / n_headings)}: {counted(int(self.variability[best]), 'way')}")
         ending = "segment ends" if len(self.segments) == 1 else "segments end"
-        lines.append(f"{len(self.segments)} {ending} here:")
+        lines.append(f"{number(len(self.segments))} {ending} here:")
         lines += [f"  {name}: {counted(count, 'way')}" for name, count in self.segments[:n_segments]]
         if len(self.segments) > n_segments:
             lines.append(f"  and {len(self.segments) - n_segments} more")

@@ -11,7 +11,7 @@ from ..core.progress import Progress, portion
 from ..core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
 from ..core.tuning.global_pruning import prune_global_steps
 from ..core.tuning.local_pruning import prune_local_steps
-from .text import counted, share
+from .text import counted, memory, share
 
 
 class PruningMethod(Enum):
@@ -50,7 +50,7 @@ class PruningSettings:
             return f"{counted(self.n_segments, 'segment')} in all"
         if self.budget.limit is Limit.LINKS:
             return f"At most {counted(self.budget.budget, 'link')}"
-        return f"At most {self.budget.budget / 1e6:.2f} MB"
+        return f"At most {memory(self.budget.budget)}"
 
 
 @dataclass(frozen=True)

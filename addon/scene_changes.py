@@ -125,12 +125,12 @@ def _has_moved(scene, depsgraph) -> bool:
         (update.is_updated_transform or update.is_updated_geometry)
         and isinstance(update.id, (bpy.types.Object, bpy.types.Collection, bpy.types.Scene))
         and update.id.original not in ours
-        and not _belongs_to(update.id.original, character)
+        and not belongs_to(update.id.original, character)
         for update in depsgraph.updates
     )
 
 
-def _belongs_to(block, character) -> bool:
+def belongs_to(block, character) -> bool:
     """Whether this is the character, or a child of it; there may be many objects in the file, but few above one."""
     while isinstance(block, bpy.types.Object):
         if block == character:

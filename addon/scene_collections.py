@@ -11,13 +11,17 @@ OBSTACLES = "Wayfarer Obstacles"
 REGIONS = "Wayfarer Regions"
 
 
+def is_called(block, name: str) -> bool:
+    """Whether a datablock has this name, numbered by Blender if another has it already: that of another scene, say."""
+    stem, _, number = block.name.rpartition(".")
+    return block.name == name or (stem == name and len(number) >= 3 and number.isdigit())
+
+
 def find_collection(scene, name: str) -> bpy.types.Collection | None:
     """The collection of this name in the scene; Blender numbers those of other scenes. One that is linked from another
-    file is not ours to change."""
+    file is not ours to change, nor is an override of one: Blender lets nothing be put into it."""
     for collection in scene.collection.children_recursive:
-        if collection.library is not None:
-            continue
-        if collection.name == name or (collection.name.startswith(f"{name}.") and collection.name[-3:].isdigit()):
+        if collection.library is None and collection.override_library is None and is_called(collection, name):
             return collection
     return None
 

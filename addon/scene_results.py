@@ -74,6 +74,11 @@ class SceneResults:
         return next((pruning for pruning in self.prunings if pruning.pruned is self.embedding), None)
 
     @property
+    def map_was_undone(self) -> bool:
+        """Whether there was a painted floor, until undo or redo took it away."""
+        return self.painted is None and any(isinstance(shown[0], Embedding) for shown in self.marked.values())
+
+    @property
     def whole(self) -> Embedding | None:
         """The embedding as it was before it was pruned."""
         pruning = self.pruning

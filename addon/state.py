@@ -190,15 +190,22 @@ def keep_embedding(scene, embedding: Embedding, shapes: SceneShapes) -> None:
     found.present["embedding"] = shapes.fingerprint
 
 
-def keep_painted(scene, floor, embedding: Embedding, key: str) -> None:
-    """Keep that the floor object shows this map of an embedding."""
+def keep_painted(scene, floor, embedding: Embedding, key: str, in_operator: bool = False) -> None:
+    """Keep that the floor object shows this map of an embedding.
+
+    Where no operator has made the floor, to which Blender adds a step of undo by itself, one is added here: Blender may
+    leave a collection as it is when it undoes what came before, and would find in it an object that is no more. What
+    an existing floor shows is no step of undo.
+    """
     found = results(scene)
     same = found.painted is not None and found.painted[0] is embedding and found.painted[1] == key
     # Live evaluation paints the same many times a second.
     if same and find_painted(scene) is not None:
         return
-    found.painted = (embedding, key)
+    found.painted, is_new = (embedding, key), MARK not in floor
     _mark(found, floor, found.painted)
+    if is_new and not in_operator:
+        bpy.ops.ed.undo_push(message="Paint Map")
 
 
 def keep_walk(scene, walk: Walk, action) -> None:

@@ -56,9 +56,7 @@ def amount(value: float) -> str:
     size = abs(value)
     if not math.isfinite(value):
         return short(value)
-    if size == 0 or size >= 99.95:
-        return f"{value:,.0f}"
-    return f"{value:,.{2 if size < 9.995 else 1}f}"
+    return _rounded(value, 0 if size == 0 or size >= 99.95 else 1 if size >= 9.995 else 2)
 
 
 def area(square_metres: float) -> str:
@@ -101,7 +99,9 @@ def turn(radians: float) -> str:
 def memory(n_bytes: float) -> str:
     """ "847 B", "1.5 kB", "12.3 MB", "4 GB"."""
     text = short(n_bytes)
-    return f"{text}B" if text[-1:].isalpha() else f"{text} B"
+    if not math.isfinite(n_bytes):
+        return text
+    return f"{text}B" if text[-1].isalpha() else f"{text} B"
 
 
 def share(part: float) -> str:
@@ -109,10 +109,10 @@ def share(part: float) -> str:
     if math.isnan(part):
         return "-"
     if part in (0, 1):
-        return f"{part:.0%}"
+        return f"{part:z.0%}"
     if 0 < part < 0.0005:
         return "< 0.1%"
-    return "> 99.9%" if 0.9995 <= part < 1 else f"{part:.1%}"
+    return "> 99.9%" if 0.9995 <= part < 1 else f"{part:z.1%}"
 
 
 def exact_share(part: float, digits: int = 6) -> str:
@@ -122,7 +122,7 @@ def exact_share(part: float, digits: int = 6) -> str:
 
 def balance(value: float) -> str:
     """A number from -1 to +1, with its sign: "+0.25"."""
-    return f"{value:+.2f}"
+    return f"{value:+z.2f}"
 
 
 def share_of(part: float, whole: float) -> str:
@@ -135,7 +135,7 @@ def time(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "never"
     size = abs(seconds)
-    return f"{seconds:,.{0 if size == 0 or size >= 99.95 else 1 if size >= 0.995 else 2}f} s"
+    return f"{_rounded(seconds, 0 if size == 0 or size >= 99.95 else 1 if size >= 0.995 else 2)} s"
 
 
 def place(x: float, y: float) -> str:
@@ -149,5 +149,5 @@ def coordinates(x: float, y: float) -> str:
 
 
 def _rounded(value: float, places: int) -> str:
-    # Not a minus before a zero.
-    return f"{round(value, places) + 0.0:,.{places}f}"
+    # With z, there is no minus before a zero.
+    return f"{value:z,.{places}f}"

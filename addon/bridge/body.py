@@ -6,6 +6,7 @@ import numpy as np
 from ...core.motion.joint_roles import JointRole, guess_joint_roles
 from ..versions import node_tree
 from .body_shapes import Part, capsule, egg, joined, slab, trunk
+from .materials import own_material, remove_unused_materials
 from .skeleton import bind_rig
 
 BODY_PROPERTY = "wayfarer_body"
@@ -224,13 +225,21 @@ class _Mannequin:
         return found[1:]
 
 
+def remove_body(body) -> None:
+    """Remove what :func:`add_body` made, with its mesh and materials unless others use them."""
+    mesh = body.data
+    bpy.data.objects.remove(body)
+    if mesh.users == 0:
+        bpy.data.meshes.remove(mesh)
+    remove_unused_materials(_MATERIALS)
+
+
 def _material(name: str, color: tuple[float, float, float]):
-    material = bpy.data.materials.get(name)
-    if material is None:
-        material = bpy.data.materials.new(name)
+    def furnish(material) -> None:
         material.diffuse_color = (*color, 1.0)
         material.roughness = 0.6
         shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = (*color, 1.0)
         shader.inputs["Roughness"].default_value = 0.5
-    return material
+
+    return own_material(name, furnish)

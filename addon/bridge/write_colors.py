@@ -8,6 +8,7 @@ from mathutils import Matrix
 
 from ...core.errors import SceneError
 from ..versions import node_tree
+from .materials import own_material
 
 ATTRIBUTE = "Wayfarer Map"
 """Name of the colour attribute and of the material. (Cycles shows names such as "heat" or "density" as black.)"""
@@ -18,7 +19,16 @@ _PLACE_PROPERTY = "wayfarer_place"
 
 def painted_ground(collection):
     """What :func:`ground_grid` put into a collection, whatever its name; None if there is nothing."""
-    return next((found for found in collection.objects if _SHAPE_PROPERTY in found and found.type == "MESH"), None)
+    return next((found for found in collection.objects if found.type == "MESH" and _shape(found)), None)
+
+
+def _shape(obj) -> tuple[int, ...]:
+    """(nx, ny) cells of a :func:`ground_grid`; empty for any other object.
+
+    The grounds of the sample scenes have a property of this name, too, which is a text: what they are to be cut into.
+    """
+    kept = obj.get(_SHAPE_PROPERTY, ())
+    return () if isinstance(kept, str) else tuple(kept)
 
 
 def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: int, z: float, collection):
@@ -37,7 +47,9 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
         obj.matrix_world = Matrix.Identity(4)
     mesh = cast(bpy.types.Mesh, obj.data)
     place = (x0, y0, cell_size, z)
-    remade = tuple(obj.get(_SHAPE_PROPERTY, ())) != (nx, ny) or len(mesh.polygons) != nx * ny
+    remade = _shape(obj) != (nx, ny) or len(mesh.polygons) != nx * ny
+    # Someone may have merged them.
+    remade = remade or len(mesh.vertices) != 4 * nx * ny
     if not remade and tuple(obj.get(_PLACE_PROPERTY, ())) == place:
         # Painted again in the same place, as live evaluation does many times a second.
         return obj
@@ -82,13 +94,20 @@ def paint(obj, colors: np.ndarray, attribute: str = ATTRIBUTE) -> None:
     if colors.shape != (*obj[_SHAPE_PROPERTY], 4):
         raise ValueError(f"{colors.shape} colours for {tuple(obj[_SHAPE_PROPERTY])} cells")
     layer = mesh.color_attributes.get(attribute)
+    if layer is not None and (layer.domain, layer.data_type) != ("POINT", "FLOAT_COLOR"):
+        # Someone has converted it.
+        mesh.color_attributes.remove(layer)
+        layer = None
     is_new = layer is None
     if is_new:
         layer = mesh.color_attributes.new(attribute, "FLOAT_COLOR", "POINT")
     if is_new or mesh.color_attributes.active_color_name != attribute:
         mesh.color_attributes.active_color = layer
         mesh.color_attributes.render_color_index = mesh.color_attributes.find(attribute)
-        mesh.materials[0] = _map_material(attribute)
+        if mesh.materials:
+            mesh.materials[0] = _map_material(attribute)
+        else:
+            mesh.materials.append(_map_material(attribute))
     corners = np.repeat(np.asarray(colors, dtype=np.float32).reshape(-1, 4), 4, axis=0)
     layer.data.foreach_set("color", corners.ravel())
     mesh.update_tag()
@@ -111,26 +130,25 @@ def painted_colors(obj, attribute: str = ATTRIBUTE) -> np.ndarray:
 
 def _map_material(attribute: str):
     """The material that glows in the colours of ``attribute``; made once."""
-    material = bpy.data.materials.get(attribute)
-    if material is not None:
-        return material
-    material = bpy.data.materials.new(attribute)
-    material.surface_render_method = "BLENDED"
-    tree = node_tree(material)
-    nodes, links = tree.nodes, tree.links
-    nodes.clear()
-    output = nodes.new("ShaderNodeOutputMaterial")
-    mix = nodes.new("ShaderNodeMixShader")
-    clear = nodes.new("ShaderNodeBsdfTransparent")
-    glow = nodes.new("ShaderNodeEmission")
-    color = nodes.new("ShaderNodeVertexColor")
-    color.layer_name = attribute
-    links.new(color.outputs["Color"], glow.inputs["Color"])
-    links.new(color.outputs["Alpha"], mix.inputs[0])
-    links.new(clear.outputs[0], mix.inputs[1])
-    links.new(glow.outputs[0], mix.inputs[2])
-    links.new(mix.outputs[0], output.inputs["Surface"])
-    for node, place in ((color, (-600, 0)), (glow, (-350, 0)), (clear, (-350, 150)), (mix, (-120, 0))):
-        node.location = place
-    output.location = (80, 0)
-    return material
+
+    def furnish(material) -> None:
+        material.surface_render_method = "BLENDED"
+        tree = node_tree(material)
+        nodes, links = tree.nodes, tree.links
+        nodes.clear()
+        output = nodes.new("ShaderNodeOutputMaterial")
+        mix = nodes.new("ShaderNodeMixShader")
+        clear = nodes.new("ShaderNodeBsdfTransparent")
+        glow = nodes.new("ShaderNodeEmission")
+        color = nodes.new("ShaderNodeVertexColor")
+        color.layer_name = attribute
+        links.new(color.outputs["Color"], glow.inputs["Color"])
+        links.new(color.outputs["Alpha"], mix.inputs[0])
+        links.new(clear.outputs[0], mix.inputs[1])
+        links.new(glow.outputs[0], mix.inputs[2])
+        links.new(mix.outputs[0], output.inputs["Surface"])
+        for node, place in ((color, (-600, 0)), (glow, (-350, 0)), (clear, (-350, 150)), (mix, (-120, 0))):
+            node.location = place
+        output.location = (80, 0)
+
+    return own_material(attribute, furnish)

@@ -7,7 +7,7 @@ from ...core.progress import Progress
 from ..jobs import LongOperator
 from ..sample.character import add_sample_character
 from ..scene_collections import CHARACTER, ensure_collection
-from ..text import counted
+from ..text import counted, time
 
 
 class WAYFARER_OT_add_sample_character(LongOperator, bpy.types.Operator):
@@ -36,4 +36,4 @@ class WAYFARER_OT_add_sample_character(LongOperator, bpy.types.Operator):
         settings.refresh_clips()
         tagged = sum(bool(clip.tags) for clip in clips)
         seconds = sum(clip.duration for clip in clips)
-        self.report({"INFO"}, f"{counted(len(actions), 'clip')}, {seconds:.0f} s of motion, {tagged} of them tagged")
+        self.report({"INFO"}, f"{counted(len(actions), 'clip')}, {time(seconds)} of motion, {tagged} of them tagged")

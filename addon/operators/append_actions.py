@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import ClipError
 from ..bridge.action_curves import action_curves
+from ..bridge.libraries import forget_file
 from ..clip_actions import WALK_PROPERTY, character_problem
 from ..text import counted
 
@@ -58,6 +59,7 @@ class WAYFARER_OT_append_actions(bpy.types.Operator):
         loaded = [action for action in bpy.data.actions if action.session_uid not in before]
         useless = [action for action in loaded if not _moves(settings.character, action)]
         bpy.data.batch_remove(useless)
+        forget_file(path)
         kept = len(loaded) - len(useless)
         if kept == 0:
             self.report({"WARNING"}, f"No new action of '{path.name}' moves bones of '{settings.character.name}'")

@@ -3,7 +3,7 @@
 import bpy
 
 from ..jobs import LongOperator
-from ..text import amount, counted
+from ..text import counted, length
 from ..walks.copies import find_copies
 from ..walks.crowd import CROWD_COLLECTION, crowd_walk_steps, keep_crowd, remove_crowd
 from .needs_embedding import NeedsEmbedding
@@ -26,7 +26,7 @@ class WAYFARER_OT_crowd(NeedsEmbedding, LongOperator, bpy.types.Operator):
         if crowd.unserved:
             left_out = f"{len(crowd.unserved)} of {counted(result.n_wanted, 'walker')} got no walk"
             self.report({"WARNING"}, f"{left_out}. {crowd.unserved[0].reason}")
-        apart = f", at least {amount(crowd.closest)} m apart" if len(crowd.walks) > 1 else ""
+        apart = f", at least {length(crowd.closest)} apart" if len(crowd.walks) > 1 else ""
         self.report({"INFO"}, f"{counted(len(crowd.walks), 'walker')}{apart}")
         self.warn_if_stale(context.scene)
 

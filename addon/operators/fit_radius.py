@@ -5,6 +5,7 @@ import bpy
 from ...core.errors import MotionGraphError
 from ...core.motion.body_size import body_radius
 from ..bridge.skeleton import bind_rig
+from ..text import length
 from .needs_character import NeedsCharacter
 
 
@@ -22,5 +23,5 @@ class WAYFARER_OT_fit_radius(NeedsCharacter, bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         settings.environment.radius = radius
-        self.report({"INFO"}, f"The character needs {radius:.2f} m to each side")
+        self.report({"INFO"}, f"The character needs {length(radius)} to each side")
         return {"FINISHED"}

@@ -28,9 +28,9 @@ class WAYFARER_OT_paint_map(LooksAtEmbedding, LongOperator, bpy.types.Operator):
     def apply(self, context, result):
         embedding, key, offset, painted = result
         scene, found = context.scene, results(context.scene)
-        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted)
+        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted, in_operator=True)
         show_colors(context.screen, scene)
-        keep_painted(scene, floor, embedding, key)
+        keep_painted(scene, floor, embedding, key, in_operator=True)
         found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
         self.warn_if_stale(scene)

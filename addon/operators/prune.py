@@ -29,7 +29,7 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
         if not result.met:
             self.report({"WARNING"}, result.sentences[0])
         if result.after.nodes == 0:
-            self.report({"WARNING"}, "Nothing is left: allow more segments, or restore the embedding")
+            self.report({"WARNING"}, "Nothing is left: keep more, or press Restore")
         keep_pruning(scene, result)
         if result.pruned is result.whole:
             self.report({"INFO"}, "Nothing has to go: the embedding stays whole")

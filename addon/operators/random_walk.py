@@ -7,7 +7,8 @@ from ..advice import start_advice
 from ..jobs import LongOperator
 from ..properties import WalkStyle
 from ..state import embedding_of, results
-from ..text import amount, counted, time
+from ..text import counted, length, time
+from ..text import slide as slide_words
 from ..walks.baking import bake_motion
 from ..walks.motion import motion_steps, read_motion_request
 from ..walks.planning import walk_steps
@@ -45,10 +46,10 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
         advice = start_advice(start, walk)
         if advice:
             self.report({"WARNING"}, advice)
-        slide = f", feet slide {amount(100 * motion.after.mean_slide)} cm/s" if motion.after.feet else ""
+        slide = f", feet slide {slide_words(motion.after.mean_slide)}" if motion.after.feet else ""
         self.report(
             {"INFO"},
-            f"A walk of {time(walk.duration)} over {amount(numbers['walk_length'])} m, "
+            f"A walk of {time(walk.duration)} over {length(numbers['walk_length'])}, "
             f"{counted(len(walk), 'segment')}{slide}",
         )
         self.warn_if_stale(context.scene)

@@ -31,11 +31,14 @@ class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
         finding, painted = result
         scene, found = context.scene, results(context.scene)
         settings, embedding = scene.wayfarer.map, finding.embedding
+        # First, because it may be refused: then nothing has changed.
+        floor = put_on_floor(
+            scene, embedding.environment.grid, found.ground_height, settings.offset, painted, in_operator=True
+        )
         keep_finding(scene, finding)
         settings.quantity = NAME
-        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, settings.offset, painted)
         show_colors(context.screen, scene)
-        keep_painted(scene, floor, embedding, settings.key)
+        keep_painted(scene, floor, embedding, settings.key, in_operator=True)
         found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
         self.warn_if_stale(scene)

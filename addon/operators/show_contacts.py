@@ -6,7 +6,8 @@ from ...core.motion.contacts import foot_contacts
 from ...core.progress import Progress, portion
 from ..inputs import read_character_steps
 from ..jobs import LongOperator
-from ..render.contact_strip import ClipContacts, contact_strip, show_in_image
+from ..render.contact_strip import ClipContacts, contact_strip
+from ..render.raster import put_in_image
 from ..state import keep_contacts
 from ..text import counted
 from .needs_clips import NeedsClips
@@ -36,7 +37,7 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
         found, seen = result
         for clip in found:
             keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
-        image = show_in_image(IMAGE_NAME, contact_strip(found))
+        image = put_in_image(IMAGE_NAME, contact_strip(found))
         _open_in_editor(context, image)
         self.report({"INFO"}, f"Contacts of {counted(len(found), 'clip')} are in the image '{image.name}'")
 

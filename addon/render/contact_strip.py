@@ -79,21 +79,6 @@ def contact_strip(clips: Sequence[ClipContacts]) -> np.ndarray:
     return picture
 
 
-def show_in_image(name: str, picture: np.ndarray) -> bpy.types.Image:
-    """The image datablock of this name, showing (height, width, 4) sRGB."""
-    height, width, _ = picture.shape
-    image = bpy.data.images.get(name)
-    if image is None:
-        image = bpy.data.images.new(name, width, height)
-    elif tuple(image.size) != (width, height):
-        image.scale(width, height)
-    image.pixels.foreach_set(np.ascontiguousarray(picture, dtype=np.float32).ravel())
-    image.update()
-    # Otherwise it would be empty in the saved file.
-    image.pack()
-    return image
-
-
 def _names_shade(names: Sequence[tuple[str, int]], width: int, height: int) -> np.ndarray:
     """(height, width, 1) float32, lowest row first: how much of each pixel is covered by text."""
     buffer = imbuf.new((width, height))

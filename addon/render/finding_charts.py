@@ -19,7 +19,7 @@ from ..findings.finding import (
     find_finding,
     table_of,
 )
-from ..text import place
+from ..text import exact, place
 from .raster import show_image
 
 _BARS = 40
@@ -68,7 +68,7 @@ def _occupancy(found: Table) -> Drawing:
 
 
 def _reach(found: Table) -> Drawing:
-    return _bars("Floor within reach", "m²", [f"{limit:g} s" for limit in _numbers(found, 0)], _numbers(found, 1))
+    return _bars("Floor within reach", "m²", [f"{exact(limit)} s" for limit in _numbers(found, 0)], _numbers(found, 1))
 
 
 def _pruning_curve(found: Table) -> Drawing:

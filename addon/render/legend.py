@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..text import length as length_words
 from .map_colors import FEWEST, MOST
 from .picture_scene import PictureScene
 
@@ -61,7 +62,7 @@ class Legend:
         for end in (self.x, self.x + length - thickness):
             self._patch(end, end + thickness, self.y - 3 * thickness, self.y + 3 * thickness, _TEXT)
         self.y -= 1.3 * self.size
-        self._text(f"{length:g} m", self.x, 0.72 * self.size, _FAINT)
+        self._text(length_words(length), self.x, 0.72 * self.size, _FAINT)
         self.y -= self.size
 
     def _text(self, text: str, x: float, size: float, color, align: str = "LEFT") -> None:

@@ -11,6 +11,9 @@ import bpy
 from ..versions import keep_material_colors
 from .map_colors import linear
 
+_TEMPORARY = "wayfarer_temporary"
+"""Custom property of what is removed with the scene."""
+
 
 @dataclass(frozen=True)
 class PictureScene:
@@ -28,15 +31,23 @@ class PictureScene:
         """A new object, removed with the scene."""
         obj = bpy.data.objects.new(name, data)
         self.scene.collection.objects.link(obj)
-        obj["wayfarer_temporary"] = True
+        obj[_TEMPORARY] = True
         return obj
 
     def flat_material(self, srgb) -> bpy.types.Material:
         """A material that the workbench shows in this colour, removed with the scene."""
         name = "Wayfarer " + "-".join(f"{value:.3f}" for value in srgb)
-        material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+        known = next((m for m in bpy.data.materials if m.get(_TEMPORARY) == name), None)
+        if known is not None:
+            return known
+        material = self.material(name)
         material.diffuse_color = opaque(srgb)
-        material["wayfarer_temporary"] = True
+        return material
+
+    def material(self, name: str) -> bpy.types.Material:
+        """A new material, removed with the scene."""
+        material = bpy.data.materials.new(name)
+        material[_TEMPORARY] = name
         return material
 
     def camera(self) -> bpy.types.Object:
@@ -57,18 +68,21 @@ class PictureScene:
 @contextlib.contextmanager
 def picture_scene(name: str) -> Iterator[PictureScene]:
     """A new scene that shows colours as they are; it and all that was added to it are removed at the end."""
+    fonts = {font.session_uid for font in bpy.data.fonts}
     scene = bpy.data.scenes.new(name)
     settings: Any = scene.view_settings
     settings.view_transform = "Standard"
     try:
         yield PictureScene(scene)
     finally:
-        for obj in [obj for obj in scene.objects if "wayfarer_temporary" in obj]:
+        for obj in [obj for obj in scene.objects if _TEMPORARY in obj]:
             data = obj.data
             bpy.data.objects.remove(obj)
             if data is not None and data.users == 0:
                 bpy.data.batch_remove([data])
-        bpy.data.batch_remove([m for m in bpy.data.materials if "wayfarer_temporary" in m])
+        bpy.data.batch_remove([m for m in bpy.data.materials if _TEMPORARY in m])
+        # The first text in a file brings Blender's own font.
+        bpy.data.batch_remove([font for font in bpy.data.fonts if font.session_uid not in fonts and not font.users])
         if scene.world is not None and scene.world.users == 1:
             bpy.data.worlds.remove(scene.world)
         bpy.data.scenes.remove(scene)

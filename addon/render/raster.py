@@ -39,18 +39,23 @@ def rasterize(drawing: Drawing) -> np.ndarray:
 
 
 def show_image(name: str, drawing: Drawing):
-    """The image datablock of this name, made or made anew, with the drawing as its pixels; packed, so that it is saved
-    with the file.
+    """:func:`put_in_image` of the drawing."""
+    return put_in_image(name, rasterize(drawing))
+
+
+def put_in_image(name: str, pixels: np.ndarray) -> bpy.types.Image:
+    """The image datablock of this name, made or made anew, with (rows, columns, 4) sRGB pixels, the lowest row first;
+    packed, so that it is saved with the file.
     """
-    pixels = rasterize(drawing)
     rows, columns, _ = pixels.shape
-    image = bpy.data.images.get(name)
+    # One that is linked from another file would be that file's again on reopening.
+    image = bpy.data.images.get((name, None))
     if image is None:
         image = bpy.data.images.new(name, columns, rows)
     elif tuple(image.size) != (columns, rows):
         # Not a new one: editors may show this.
         image.scale(columns, rows)
-    image.pixels.foreach_set(pixels.ravel())
+    image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
     image.update()
     image.pack()
     return image

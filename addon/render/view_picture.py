@@ -75,7 +75,7 @@ def _add_lit_floor(picture: PictureScene, floor) -> None:
     """The painted floor in a material that takes shadows; the scene's own glows."""
     copy = picture.add("Floor", floor.data)
     copy.matrix_world = floor.matrix_world
-    material = bpy.data.materials.get("Wayfarer Map Lit") or bpy.data.materials.new("Wayfarer Map Lit")
+    material = picture.material("Wayfarer Map Lit")
     tree = node_tree(material)
     nodes, links = tree.nodes, tree.links
     nodes.clear()

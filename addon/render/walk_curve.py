@@ -3,7 +3,8 @@
 import bpy
 import numpy as np
 
-from ..scene_collections import OUTPUT, find_collection
+from ..bridge.materials import own_material, remove_unused_materials
+from ..scene_collections import OUTPUT, find_collection, is_called
 from ..versions import node_tree
 from .map_colors import WALK, linear
 
@@ -15,14 +16,24 @@ _ABOVE = 0.03
 
 def walk_curve(path: np.ndarray, ground_height: float, collection) -> bpy.types.Object:
     """A tube along (F, 3) x, y (m), heading (rad), in ``collection``; one made before is used again."""
-    obj = collection.objects.get(NAME)
-    if obj is None or obj.type != "CURVE":
+    obj = find_walk_curve(collection)
+    if obj is None:
         curve = bpy.data.curves.new(NAME, "CURVE")
         curve.materials.append(walk_material(NAME, WALK))
         obj = bpy.data.objects.new(NAME, curve)
         collection.objects.link(obj)
     lay_tube(obj.data, path, ground_height)
     return obj
+
+
+def find_walk_curve(collection):
+    """What :func:`walk_curve` made in a collection; None if it is gone, or has another name: then it is the artist's.
+
+    Blender numbers that of a second scene.
+    """
+    found = [obj for obj in collection.objects if obj.type == "CURVE" and is_called(obj, NAME)]
+    # Someone may have duplicated it.
+    return min(found, key=lambda obj: obj.name != NAME, default=None)
 
 
 def lay_tube(curve, path: np.ndarray, ground_height: float) -> None:
@@ -48,15 +59,13 @@ def lay_tube(curve, path: np.ndarray, ground_height: float) -> None:
 def remove_walk_curve(scene) -> None:
     """Remove the curve of an earlier walk from the scene, if there is one."""
     collection = find_collection(scene, OUTPUT)
-    obj = collection.objects.get(NAME) if collection is not None else None
-    if obj is not None and obj.type == "CURVE":
+    obj = find_walk_curve(collection) if collection is not None else None
+    if obj is not None:
         curve = obj.data
         bpy.data.objects.remove(obj)
         if curve.users == 0:
             bpy.data.curves.remove(curve)
-        material = bpy.data.materials.get(NAME)
-        if material is not None and material.users == 0:
-            bpy.data.materials.remove(material)
+        remove_unused_materials([NAME])
 
 
 def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
@@ -70,13 +79,13 @@ def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:
 
 def walk_material(name: str, srgb: tuple[float, float, float]):
     """The material of this name, which glows a little; made in this colour if there is none."""
-    material = bpy.data.materials.get(name)
-    if material is None:
-        material = bpy.data.materials.new(name)
+
+    def furnish(material) -> None:
         color = (*linear(srgb), 1.0)
         material.diffuse_color = color
         shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = color
         shader.inputs["Emission Color"].default_value = color
         shader.inputs["Emission Strength"].default_value = 0.6
-    return material
+
+    return own_material(name, furnish)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
+from ..bridge.materials import remove_unused_materials
 from .walk_curve import lay_tube, walk_material
 
 NAME = "Wayfarer Walk from Here"
@@ -19,21 +20,25 @@ COLORS = (
     (0.84, 0.37, 0.00),
     (0.80, 0.47, 0.65),
 )
+_MATERIALS = tuple(f"{NAME} {number}" for number in range(1, len(COLORS) + 1))
 
 
 def draw_walk_fan(paths: Sequence[np.ndarray], ground_height: float, collection) -> list[bpy.types.Object]:
     """One curve object in ``collection`` for each of some (F, 3) paths x, y (m), heading; earlier ones are removed."""
+    # Their materials are used again: someone may have given them another colour.
     _remove(collection)
     made = []
     for number, path in enumerate(paths):
         color = number % len(COLORS)
         curve = bpy.data.curves.new(NAME, "CURVE")
-        curve.materials.append(walk_material(f"{NAME} {color + 1}", COLORS[color]))
+        curve.materials.append(walk_material(_MATERIALS[color], COLORS[color]))
         lay_tube(curve, path, ground_height)
         obj = bpy.data.objects.new(NAME, curve)
         obj[_PROPERTY] = number
         collection.objects.link(obj)
         made.append(obj)
+    # There may have been more walks than now.
+    remove_unused_materials(_MATERIALS)
     return made
 
 
@@ -45,13 +50,11 @@ def walk_fan(collection) -> list[bpy.types.Object]:
 def remove_walk_fan(collection) -> int:
     """Remove the curves of :func:`draw_walk_fan` and their materials; returns how many curves there were."""
     n_curves = _remove(collection)
-    materials = [bpy.data.materials.get(f"{NAME} {color + 1}") for color in range(len(COLORS))]
-    bpy.data.batch_remove([material for material in materials if material is not None and material.users == 0])
+    remove_unused_materials(_MATERIALS)
     return n_curves
 
 
 def _remove(collection) -> int:
-    # Materials stay for the next walks: someone may have given them another colour.
     curves = [obj.data for obj in walk_fan(collection) if obj.data is not None]
     bpy.data.batch_remove(walk_fan(collection))
     bpy.data.batch_remove([curve for curve in curves if curve.users == 0])

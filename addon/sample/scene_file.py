@@ -6,9 +6,11 @@ from typing import Any, cast
 import bpy
 
 from ...core.errors import SceneError
+from ..bridge.libraries import forget_file
+from ..bridge.materials import remove_unused_materials
 from ..scene_collections import OBSTACLES, REGIONS, ROOM, ensure_collection
 from .layouts import SceneLayout
-from .scene_objects import SAMPLE_PROPERTY, add_scene_objects, configure
+from .scene_objects import MATERIALS, SAMPLE_PROPERTY, add_scene_objects, configure
 
 SCENES = Path(__file__).resolve().parents[2] / "assets" / "scenes"
 _COLLECTIONS = (ROOM, OBSTACLES, REGIONS)
@@ -59,15 +61,10 @@ def append_scene_file(scene, path: Path) -> None:
             collection.objects.link(obj)
             _share_materials(obj)
         bpy.data.collections.remove(loaded)
-    _forget_file(path)
+    forget_file(path)
+    # The scene that was there before may have had some that this one has no use for.
+    remove_unused_materials(MATERIALS)
     configure(scene.wayfarer.environment, *collections)
-
-
-def _forget_file(path: Path) -> None:
-    """Remove what Blender keeps of a file from which things were appended, unless something is linked from it."""
-    for library in list(bpy.data.libraries):
-        if Path(bpy.path.abspath(library.filepath)) == path and not library.users_id:
-            bpy.data.libraries.remove(library)
 
 
 def _remove_sample(collection) -> None:
@@ -84,7 +81,7 @@ def _share_materials(obj) -> None:
     for slot in obj.material_slots:
         brought = slot.material
         name, _, number = brought.name.rpartition(".")
-        known = bpy.data.materials.get(name) if number.isdigit() else None
+        known = bpy.data.materials.get((name, None)) if number.isdigit() else None
         if known is not None:
             slot.material = known
             if brought.users == 0:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.environment.regions import RegionRule
 from ...core.motion.repertoire import STEP_OBSTACLE, STEP_TAG
+from ..bridge.materials import own_material
 from ..render.map_colors import OBSTACLE, STEP, linear
 from ..versions import node_tree
 from .layouts import STEP_MARGIN, Block, SceneLayout
@@ -23,20 +24,25 @@ REGION_PROPERTY = "wayfarer_region"
 SAMPLE_PROPERTY = "wayfarer_sample"
 """On every object: the key of the scene that it belongs to."""
 
+MATERIALS = {"Wayfarer Ground": (0.22, 0.23, 0.25), "Wayfarer Obstacle": OBSTACLE, "Wayfarer Step": STEP}
+"""sRGB colours."""
+
+_GROUND, _OBSTACLE, _STEP = MATERIALS
+
 
 def add_scene_objects(layout: SceneLayout, room, obstacles, regions) -> None:
     """Build a scene: the ground in the collection ``room``, what is in the way in ``obstacles``, steps in
     ``regions``."""
-    ground = _add("Ground", _plane(*layout.size), room, "Wayfarer Ground", (0.22, 0.23, 0.25))
+    ground = _add("Ground", _plane(*layout.size), room, _GROUND)
     ground[GRID_PROPERTY] = json.dumps(
         {"cell_size": layout.cell_size, "n_headings": layout.n_headings, "tiled": layout.is_tiled}
     )
     for block in layout.all_blocks():
-        _add(block.name, _shape(block), obstacles, "Wayfarer Obstacle", OBSTACLE).location = (block.x, block.y, 0.0)
+        _add(block.name, _shape(block), obstacles, _OBSTACLE).location = (block.x, block.y, 0.0)
     depth, height = STEP_OBSTACLE
     for number, y in enumerate(layout.steps):
         name = "Step" if len(layout.steps) == 1 else f"Step {'AB'[number]}"
-        step = _add(name, _box(layout.size[0], depth, height), regions, "Wayfarer Step", STEP)
+        step = _add(name, _box(layout.size[0], depth, height), regions, _STEP)
         step.location = (0.0, y, 0.0)
         step[REGION_PROPERTY] = json.dumps({"rule": RegionRule.REQUIRE.name, "tag": STEP_TAG, "margin": STEP_MARGIN})
     for collection in (room, obstacles, regions):
@@ -47,7 +53,8 @@ def add_scene_objects(layout: SceneLayout, room, obstacles, regions) -> None:
 def configure(settings, room, obstacles, regions) -> None:
     """Make a scene's environment settings refer to the objects of these collections; regions that were there before
     are replaced."""
-    settings.ground = next(obj for obj in room.objects if GRID_PROPERTY in obj)
+    # A painted floor has a property of this name, too, which is no text.
+    settings.ground = next(obj for obj in room.objects if isinstance(obj.get(GRID_PROPERTY), str))
     settings.ground_source, settings.obstacles = "OBJECT", obstacles
     for name, value in json.loads(settings.ground[GRID_PROPERTY]).items():
         setattr(settings, name, value)
@@ -60,10 +67,10 @@ def configure(settings, room, obstacles, regions) -> None:
                 setattr(region, name, value)
 
 
-def _add(name: str, shape, collection, material: str, color) -> bpy.types.Object:
+def _add(name: str, shape, collection, material: str) -> bpy.types.Object:
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(*shape)
-    mesh.materials.append(_material(material, color))
+    mesh.materials.append(_material(material))
     obj = bpy.data.objects.new(name, mesh)
     collection.objects.link(obj)
     return obj
@@ -96,14 +103,14 @@ def _cylinder(radius: float, height: float, n: int = 32):
     return vertices, [], [tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)), *sides]
 
 
-def _material(name: str, color):
-    """A plain material in an sRGB colour, made once."""
-    material = bpy.data.materials.get(name)
-    if material is None:
-        material = bpy.data.materials.new(name)
-        rgba = (*linear(color), 1.0)
+def _material(name: str):
+    """A plain material in its colour, made once."""
+
+    def furnish(material) -> None:
+        rgba = (*linear(MATERIALS[name]), 1.0)
         material.diffuse_color = rgba
         shader = node_tree(material).nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = rgba
         shader.inputs["Roughness"].default_value = 0.7
-    return material
+
+    return own_material(name, furnish)

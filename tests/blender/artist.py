@@ -14,6 +14,8 @@ WEIGHTS = {
     "change_setting": 5,
     "move": 3,
     "reshape": 1,
+    "color": 0.6,
+    "purge": 0.2,
     "undo": 2,
     "redo": 1,
     "tick": 1,

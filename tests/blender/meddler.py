@@ -5,9 +5,12 @@ import os
 import random
 from pathlib import Path
 
+import bmesh
 import bpy
 
 NAMES = ["Ünïcode 名", "x" * 60, "a.001", "Walk", "Wayfarer", "Wayfarer Floor", "", "50 %/\\:*?"]
+
+OWN_MATERIAL = "Artist's Own"
 
 
 class Meddler:
@@ -73,13 +76,50 @@ class Meddler:
         if obj is None:
             return
         self.note(obj.name)
-        if self.random.random() < 0.3 and not obj.modifiers:
+        chance = self.random.random()
+        if chance < 0.1 and obj.mode == "OBJECT" and obj.data.library is None:
+            self.note("merge")
+            shape = bmesh.new()
+            shape.from_mesh(obj.data)
+            bmesh.ops.remove_doubles(shape, verts=shape.verts, dist=1e-4)
+            shape.to_mesh(obj.data)
+            shape.free()
+        elif chance < 0.4 and not obj.modifiers:
             obj.modifiers.new("Array", "ARRAY").count = 2
         elif obj.modifiers and self.random.random() < 0.5:
             obj.modifiers.clear()
         elif len(obj.data.vertices) and obj.mode == "OBJECT" and obj.data.library is None:
             obj.data.vertices[0].co.x += 0.2
             obj.data.update()
+        self.push()
+
+    def color(self) -> None:
+        """Change what an object looks like: its materials, and the colours that are painted on it."""
+        kinds = ("MESH", "CURVE")
+        obj = self.choose(obj for obj in self.scene.objects if obj.type in kinds and obj.mode == "OBJECT")
+        if obj is None or obj.data is None or obj.data.library is not None:
+            return
+        what = self.random.choice(["clear", "none", "own", "attribute", "unpaint"])
+        self.note(f"{what} {obj.name}")
+        if what == "clear":
+            obj.data.materials.clear()
+        elif what in ("none", "own"):
+            material = bpy.data.materials.new(OWN_MATERIAL) if what == "own" else None
+            if len(obj.data.materials):
+                obj.data.materials[0] = material
+            else:
+                obj.data.materials.append(material)
+        elif obj.type == "MESH":
+            attributes = obj.data.color_attributes
+            if what == "attribute":
+                attributes.active_color = attributes.new("Own", "BYTE_COLOR", "CORNER")
+            elif len(attributes):
+                attributes.remove(attributes[0])
+        self.push()
+
+    def purge(self) -> None:
+        """Remove what nobody uses, as in File > Clean Up."""
+        bpy.data.orphans_purge(do_recursive=True)
         self.push()
 
     def point(self) -> None:

@@ -145,6 +145,49 @@ def test_clips_without_root_motion_are_told(settings):
     assert health is not None and health.findings
 
 
+@pytest.mark.parametrize("what", ["ground", "region"])
+def test_a_ground_or_region_that_goes_with_the_character(embedded, what):
+    """It would be elsewhere after every walk, and all that was made from it out of date."""
+    body = next(obj for obj in embedded.character.children if obj.type == "MESH")
+    badge = new_mesh_object("Badge", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    bpy.context.scene.collection.objects.link(badge)
+    badge.parent = body
+    bpy.context.view_layer.update()
+    environment = embedded.environment
+    for obj in (body, badge, embedded.character):
+        if what == "ground":
+            environment.ground_source, environment.ground = "OBJECT", obj
+        else:
+            environment.regions[0].object = obj
+        said = fails_and_changes_nothing(operators.embed)
+        assert f"The {what} '{obj.name}' is part of the character" in said and "choose another object" in said
+    badge.parent = None
+    if what == "ground":
+        environment.ground_source = "TYPED"
+    else:
+        environment.regions[0].object = badge
+    build("embed")
+    # A ground that is not asked for may be anything.
+    assert not state.embedding_is_stale(bpy.context.scene)
+
+
+def test_what_we_draw_is_neither_obstacle_nor_ground_nor_region(embedded):
+    build("embed", "paint_map", "walks_from")
+    scene, environment = bpy.context.scene, embedded.environment
+    nodes, floor = state.results(scene).embedding.n_nodes, bpy.data.objects["Wayfarer Floor"]
+    # With the obstacles, our own things are in one collection.
+    for obj in list(environment.obstacles.all_objects):
+        floor.users_collection[0].objects.link(obj)
+    environment.obstacles = floor.users_collection[0]
+    build("embed", "paint_map")
+    assert state.results(scene).embedding.n_nodes == nodes and not state.map_is_stale(scene)
+    environment.regions[0].object = floor
+    assert "The region 'Wayfarer Floor' is what Wayfarer draws" in fails_and_changes_nothing(operators.embed)
+    environment.regions.clear()
+    environment.ground_source, environment.ground = "OBJECT", floor
+    assert "The ground 'Wayfarer Floor' is what Wayfarer draws" in fails_and_changes_nothing(operators.embed)
+
+
 def test_bones_of_no_length():
     """Blender removes such bones when it leaves edit mode; as short as can be, they are read like any other."""
     armature = bpy.data.armatures.new("Short")
@@ -215,7 +258,7 @@ def test_a_ground_that_needs_too_much_memory(embedded):
     environment.ground_low, environment.ground_high = (-3000, -3000), (3000, 3000)
     environment.cell_size = 0.05
     sentence = fails_and_changes_nothing(operators.embed)
-    assert "GB" in sentence and ("larger cells" in sentence or "smaller ground" in sentence)
+    assert "GB" in sentence and ("larger Cell Size" in sentence or "smaller ground" in sentence)
     environment.ground_low, environment.ground_high = (-50, -50), (50, 50)
     environment.cell_size, environment.n_headings = 0.1, 360
     sentence = fails_and_changes_nothing(operators.embed)

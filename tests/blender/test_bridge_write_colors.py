@@ -1,5 +1,6 @@
 """The coloured ground."""
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -81,6 +82,43 @@ def test_two_attributes_take_turns():
         paint(obj, random_colors(7, 5), name)
         assert obj.data.color_attributes.active_color_name == name
         assert obj.data.materials[0].name == name
+
+
+def merge(mesh):
+    shape = bmesh.new()
+    shape.from_mesh(mesh)
+    bmesh.ops.remove_doubles(shape, verts=shape.verts, dist=1e-4)
+    shape.to_mesh(mesh)
+    shape.free()
+
+
+def clear_materials(mesh):
+    mesh.materials.clear()
+    mesh.color_attributes.active_color = mesh.color_attributes.new("Own", "FLOAT_COLOR", "POINT")
+
+
+def convert_colors(mesh):
+    mesh.color_attributes.remove(mesh.color_attributes[ATTRIBUTE])
+    mesh.color_attributes.new(ATTRIBUTE, "BYTE_COLOR", "CORNER")
+
+
+def remove_colors(mesh):
+    mesh.color_attributes.remove(mesh.color_attributes[ATTRIBUTE])
+    mesh.materials.clear()
+
+
+@pytest.mark.parametrize("meddle", [merge, clear_materials, convert_colors, remove_colors])
+def test_whatever_someone_has_done_to_it_it_is_painted(meddle):
+    obj = grid()
+    paint(obj, random_colors(7, 5))
+    meddle(obj.data)
+    again = random_colors(7, 5, seed=1)
+    assert grid() == obj
+    paint(obj, again)
+    np.testing.assert_array_equal(painted_colors(obj), again)
+    assert len(obj.data.vertices) == 4 * 7 * 5 and obj.data.color_attributes.active_color_name == ATTRIBUTE
+    assert [material.name for material in obj.data.materials] == [ATTRIBUTE]
+    assert obj.data.validate() is False
 
 
 def test_someone_elses_object_of_that_name_is_left_alone():

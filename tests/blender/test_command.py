@@ -162,7 +162,7 @@ def test_what_is_wrong_with_the_scene_is_one_sentence(run, sample_file, tmp_path
     assert "no folder" in complaint("--out", tmp_path / "absent" / "walk.blend")
     assert "'/proc/none/x.json' cannot be written" in complaint("--json", "/proc/none/x.json")
     settings.graph.max_cost = 0.001
-    assert "Raise the maximum cost" in complaint()
+    assert "Raise Max Cost" in complaint()
     settings.environment.ground = settings.environment.obstacles = None
     assert "no ground" in complaint()
 

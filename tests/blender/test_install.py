@@ -41,6 +41,7 @@ while names:
 print("\\n".join(path for several in paths.values() for path in several))
 """
 OLDER = "0.0.1"
+PAGES = ("LICENSE", "README.md", "CHANGELOG.md")
 # In .venv-VERSION that Blender alone: each has its own run.
 PYTHONS = [Path(sys.executable), *(dev.other_pythons() if Path(sys.prefix).name == ".venv" else [])]
 PYTHONS += [Path(word) for word in os.environ.get("WAYFARER_BPY_PYTHONS", "").split(os.pathsep) if word]
@@ -87,16 +88,31 @@ def test_only_what_blender_needs_is_in_it(archive, wheels):
         assert built.testzip() is None
     shipped = {path.relative_to(dev.ROOT) for part in ("addon", "core") for path in dev.ROOT.glob(f"{part}/**/*.py")}
     assets = {path.relative_to(dev.ROOT) for path in dev.ROOT.glob("assets/**/*") if path.is_file()}
-    shipped |= {path for path in assets if not set(path.parts) & {"pictures", "__pycache__"}}
+    shipped |= {path for path in assets if "__pycache__" not in path.parts}
+    shipped |= {path.relative_to(dev.ROOT) for path in dev.ROOT.glob("docs/*.md")}
     sources = {path.as_posix() for path in shipped}
     # Nothing of a developer's, whatever folders it may lie in.
     kinds = {Path(name).suffix for name in sources}
-    assert kinds <= {".py", ".blend", ".bvh", ".json", ".npz", ".md", ".txt", ".svg", ".png", ".toml"}, kinds
+    assert kinds <= {".py", ".blend", ".bvh", ".json", ".npz", ".md", ".txt", ".svg", ".png", ".jpg", ".toml"}, kinds
     assert not any(word in name for name in names for word in ("tests", "__pycache__", ".git", "dev.py", "pyproject"))
     shipped_wheels = {f"wheels/{wheel.name}" for wheel in wheels}
-    assert names == sources | shipped_wheels | {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md"}
+    assert names == sources | shipped_wheels | {"__init__.py", "blender_manifest.toml", *PAGES}
     assert manifest["platforms"] == [dev.this_platform()]
     assert {wheel.removeprefix("./") for wheel in manifest["wheels"]} == shipped_wheels
+
+
+def test_pages_lead_to_what_is_in_it(archive, tmp_path):
+    with zipfile.ZipFile(archive) as built:
+        built.extractall(tmp_path)
+    pages = [tmp_path / "README.md", *tmp_path.glob("docs/*.md")]
+    assert len(pages) > 3
+    for page in pages:
+        targets = [target.partition("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8"))]
+        assert [name for name in targets if name and ":" not in name and not (page.parent / name).exists()] == []
+    readme = (tmp_path / "README.md").read_text("utf-8")
+    assert "(assets/pictures/view.jpg)" in readme and "(docs/guide.md)" in readme
+    # What is only for developers is named, and leads nowhere.
+    assert "How to contribute" in readme and "CONTRIBUTING.md" not in readme
 
 
 def test_there_is_scipy_for_each_python_of_the_supported_blenders(wheels):

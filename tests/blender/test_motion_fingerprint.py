@@ -7,7 +7,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.inputs import read_character_steps
-from bl_ext.user_default.wayfarer.addon.motion_fingerprint import actions_fingerprint
+from bl_ext.user_default.wayfarer.addon.motion_fingerprint import action_fingerprint, actions_fingerprint
 from bl_ext.user_default.wayfarer.core.progress import finish
 
 
@@ -180,3 +180,29 @@ def test_results_of_deleted_scenes_are_forgotten(opened):
         assert state.results(other).graph is None
         bpy.data.scenes.remove(other)
     assert state.n_kept() <= 5 and state.results(first).graph is not None
+
+
+def test_a_namesake_that_is_not_in_use_makes_no_difference(sample_settings, tmp_path):
+    """An action of another file may bear the name of one of this file."""
+    scene, action = bpy.context.scene, sample_settings.used_actions()[0]
+    path = str(tmp_path / "library.blend")
+    bpy.data.libraries.write(path, {action})
+    with bpy.data.libraries.load(path, link=True) as (_, here):
+        here.actions = [action.name]
+    [linked] = here.actions
+    curve(action).keyframe_points[3].co.y += 1
+    sample_settings.refresh_clips()
+    for clip in sample_settings.clips:
+        clip.use = clip.use and clip.action != action
+    used = sample_settings.used_actions()
+    assert linked.name == action.name and linked in used and action not in used
+    seen = {each.name: action_fingerprint(scene, each) for each in used}
+    assert seen[linked.name] != action_fingerprint(scene, action)
+    # Both have been looked at, one after the other.
+    both = seen | {action.name: action_fingerprint(scene, action)}
+    assert actions_fingerprint(scene, seen) == actions_fingerprint(scene, both) == actions_fingerprint(scene)
+    assert bpy.ops.wayfarer.examine_clips() == {"FINISHED"}
+    assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
+    assert not state.graph_is_stale(scene)
+    curve(linked).keyframe_points[3].co.y += 1
+    assert state.graph_is_stale(scene)

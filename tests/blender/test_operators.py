@@ -65,7 +65,7 @@ def test_import_of_nothing_useful(tmp_path):
 
 def test_nothing_connects(settings):
     settings.graph.max_cost = 0.001
-    assert "Raise the maximum cost" in fails_and_changes_nothing(operators.build_motion_graph)
+    assert "Raise Max Cost" in fails_and_changes_nothing(operators.build_motion_graph)
     assert state.results(bpy.context.scene).graph is None
 
 

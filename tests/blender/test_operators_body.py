@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mathutils import Quaternion, Vector
 
-from bl_ext.user_default.wayfarer.addon.bridge.body import add_body
+from bl_ext.user_default.wayfarer.addon.bridge.body import add_body, remove_body
 from bl_ext.user_default.wayfarer.addon.bridge.create_armature import create_armature
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_skeleton
 
@@ -92,6 +92,17 @@ def test_the_body_follows_the_bones():
     hand = coordinates(body, evaluated=True)[weights["LeftHand"] > 0].mean(axis=0)
     head = armature.matrix_world @ armature.pose.bones["LeftHand"].head
     assert (Vector(hand) - head).length < 0.15
+
+
+def test_a_body_leaves_nothing_behind():
+    armature = sample_armature()
+    kept, removed = add_body(armature), add_body(armature)
+    assert len(bpy.data.materials) == 2
+    remove_body(removed)
+    assert [obj.data for obj in armature.children] == list(bpy.data.meshes) == [kept.data]
+    assert len(bpy.data.materials) == 2
+    remove_body(kept)
+    assert not list(bpy.data.meshes) and not list(bpy.data.materials) and list(bpy.data.objects) == [armature]
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.05])

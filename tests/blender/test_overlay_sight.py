@@ -169,3 +169,17 @@ def test_a_look_that_is_overtaken_by_a_change_is_followed_by_another(sample_sett
     assert end(steps()) and environment_view.environment_view(scene).error
     environment.regions[0].tag = tag
     assert end(steps()) and same(lines(), before) and not environment_view.environment_view(scene).error
+
+
+def test_a_scene_that_takes_long_to_evaluate_is_read_at_once(sample_settings, monkeypatch):
+    """By the next piece of work Blender may have made its data anew."""
+    scene = bpy.context.scene
+    scene.wayfarer.overlay.show_environment = "ALWAYS"
+    reads, read = [], environment_view.read_shapes
+    monkeypatch.setattr(environment_view, "read_shapes", lambda *given: reads.append(given[0]) or read(*given))
+    monkeypatch.setattr(environment_view, "_SLICE", 0.0)
+    environment_view._tick()
+    assert reads == [scene]
+    for _ in range(100):
+        environment_view._tick()
+    assert reads == [scene] and environment_view.environment_view(scene).lines

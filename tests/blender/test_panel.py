@@ -5,6 +5,7 @@ import bpy
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import properties, state
+from bl_ext.user_default.wayfarer.addon import text as numbers
 from bl_ext.user_default.wayfarer.addon.operators import _CLASSES as OPERATORS
 from bl_ext.user_default.wayfarer.addon.ui import lists, text
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS
@@ -54,7 +55,7 @@ def draw(panel) -> "Layout":
         for name in ("result_is_there", "result_is_stale", "presets", "finding")
         if hasattr(panel, name)
     }
-    instance = type("Drawn", (), {"layout": layout, **of_step})()
+    instance = type("Drawn", (), {"layout": layout, "is_popover": False, **of_step})()
     bases = [base for base in panel.__mro__ if base is panel or base.__name__ in ("Step", "FindingPart")]
     for name in ("draw_header", "draw_header_preset", "draw"):
         if any(name in vars(base) for base in bases):
@@ -258,6 +259,33 @@ def test_lengths_angles_and_times_have_units():
     assert units["WayfarerEmbeddingSettings.heading_rate"].unit == "ROTATION"
     assert units["WayfarerGraphSettings.min_segment_duration"].unit == "TIME_ABSOLUTE"
     assert units["WayfarerWalkSettings.duration"].unit == "TIME_ABSOLUTE"
+
+
+def test_edits_are_told_for_each_metre():
+    settings = bpy.context.scene.wayfarer.embedding
+    assert settings.bl_rna.properties["position_rate"].subtype == "FACTOR"
+    settings.position_rate, settings.heading_rate = 0.08, 0.1
+    panel = next(panel for panel in PANELS if panel.bl_label == "Embedding")
+    assert {"8.00 cm per m", "5.7° per m"} <= set(texts(draw(panel)))
+
+
+@pytest.mark.parametrize(("system", "told"), [("METRIC", "1.20 m"), ("NONE", "1.20 m"), ("IMPERIAL", "3.94'")])
+def test_panels_tell_lengths_in_the_units_of_the_scene(system, told):
+    scene = bpy.context.scene
+    # A unit is a metre, whatever its scale.
+    scene.unit_settings.system, scene.unit_settings.scale_length = system, 0.01
+    crowd = scene.wayfarer.walk.crowd
+    crowd.n_walking, crowd.n_wanted, crowd.closest = 2, 3, 1.2
+    panel = next(panel for panel in PANELS if panel.bl_label == "Crowd")
+    assert [text for text in texts(draw(panel)) if text[:1].isdigit()] == ["2 of 3", told]
+
+
+def test_slides_are_told_in_the_units_of_the_scene():
+    scene = bpy.context.scene
+    scene.unit_settings.system = "METRIC"
+    assert numbers.scene_slide(scene, 0.0213) == "2.13 cm/s"
+    scene.unit_settings.system = "IMPERIAL"
+    assert numbers.scene_slide(scene, 0.3048) == "1 ft/s"
 
 
 def test_defaults_are_the_cores():

@@ -9,7 +9,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_color
 from bl_ext.user_default.wayfarer.addon.findings import finding as findings
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.render.map_colors import displayed
-from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, walk_fan
+from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME, walk_fan
 from bl_ext.user_default.wayfarer.addon.scene_collections import OUTPUT, find_collection
 from bl_ext.user_default.wayfarer.core.evaluation import goals
 from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from, time_to_reach
@@ -147,6 +147,17 @@ def test_what_cannot_be_reached_is_told(settings):
     assert "no region 'Nowhere'" in refused(operators.find_reach)
 
 
+def test_a_floor_that_is_being_edited_is_left_alone(settings):
+    run("paint_map")
+    bpy.context.view_layer.objects.active = find_floor(scene())
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert settings.map.quantity != "QUERY"
+    assert "is being edited" in refused(operators.find_reach)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    run("find_reach")
+    assert settings.map.quantity == "QUERY"
+
+
 def test_choices_are_offered(stepping):
     from bl_ext.user_default.wayfarer.addon.properties import queries
 
@@ -216,6 +227,52 @@ def test_walks_from_a_place(settings):
     assert operators.clear_walks_from() == {"FINISHED"} and curves() == []
     assert "Wayfarer Walk" in find_collection(scene(), OUTPUT).objects
     assert not operators.clear_walks_from.poll()
+
+
+def test_fewer_walks_leave_no_materials_behind(settings):
+    def materials():
+        """Those of the fan, and who uses them."""
+        return {m.name: m.users for m in bpy.data.materials if m.name.startswith(NAME)}
+
+    queries = settings.queries
+    queries.n_walks, queries.duration = 3, 2.0
+    assert operators.walks_from() == {"FINISHED"}
+    assert materials() == {f"{NAME} {number}": 1 for number in (1, 2, 3)}
+    recolored, kept_color = bpy.data.materials[f"{NAME} 2"], (0.1, 0.2, 0.3, 1.0)
+    recolored.diffuse_color = kept_color
+    bpy.data.materials[f"{NAME} 3"].use_fake_user = True
+    queries.n_walks = 2
+    assert operators.walks_from() == {"FINISHED"}
+    assert materials() == {f"{NAME} 1": 1, f"{NAME} 2": 1, f"{NAME} 3": 1}
+    bpy.data.materials[f"{NAME} 3"].use_fake_user = False
+    assert operators.walks_from() == {"FINISHED"}
+    # One that another colour was given, too, is used again as long as there is a walk for it.
+    assert materials() == {f"{NAME} 1": 1, f"{NAME} 2": 1}
+    assert tuple(recolored.diffuse_color) == pytest.approx(kept_color)
+    queries.n_walks = 1
+    assert operators.walks_from() == {"FINISHED"}
+    assert materials() == {f"{NAME} 1": 1}
+    # One that someone has put on something else is not ours to remove.
+    mesh = bpy.data.meshes.new("Own")
+    mesh.materials.append(bpy.data.materials[f"{NAME} 1"])
+    assert operators.clear_walks_from() == {"FINISHED"} and materials() == {f"{NAME} 1": 1}
+
+
+def test_materials_of_another_file_are_not_ours(settings, tmp_path):
+    settings.queries.n_walks, settings.queries.duration = 1, 2.0
+    there = bpy.data.materials.new(f"{NAME} 1")
+    path = str(tmp_path / "other.blend")
+    bpy.data.libraries.write(path, {there})
+    bpy.data.materials.remove(there)
+    with bpy.data.libraries.load(path, link=True) as (_, here):
+        here.materials = [f"{NAME} 1"]
+    [linked] = here.materials
+    assert linked.library is not None
+    assert operators.walks_from() == {"FINISHED"}
+    [own] = curves()[0].data.materials
+    assert own.library is None and own != linked
+    assert operators.clear_walks_from() == {"FINISHED"}
+    assert bpy.data.materials[f"{NAME} 1"].library is not None
 
 
 def test_nothing_changes_before_the_work_is_done(settings):

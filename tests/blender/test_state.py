@@ -218,18 +218,22 @@ def test_actions_of_another_file(settings, sample_file, tmp_path):
     with pytest.raises(RuntimeError, match=r"text\.blend"):
         operators.append_actions(filepath=str(tmp_path / "text.blend"))
     assert operators.append_actions(filepath=str(stranger)) == {"CANCELLED"}
-    assert len(bpy.data.actions) == 0
+    assert operators.append_actions(filepath=str(stranger), link=True) == {"CANCELLED"}
+    assert len(bpy.data.actions) == 0 and not list(bpy.data.libraries)
     source = tmp_path / "library.blend"
     source.write_bytes(Path(sample_file).read_bytes())
     assert operators.append_actions(filepath=str(source), assets_only=True) == {"CANCELLED"}
     assert operators.append_actions(filepath=str(source)) == {"FINISHED"}
     assert {clip.action.name for clip in settings.clips} == names
     assert all(clip.action.use_fake_user for clip in settings.clips)
+    # What was appended belongs to this file: Blender need not look for the other one ever again.
+    assert not list(bpy.data.libraries)
     build("build_motion_graph")
     for action in list(bpy.data.actions):
         bpy.data.actions.remove(action)
     assert operators.append_actions(filepath=str(source), link=True) == {"FINISHED"}
     assert all(clip.action.library is not None for clip in settings.clips) and len(settings.clips) == len(names)
+    assert [Path(library.filepath) for library in bpy.data.libraries] == [source]
     build("build_motion_graph")
 
 

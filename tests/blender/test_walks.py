@@ -273,7 +273,7 @@ def test_what_is_missing_is_said(settings):
 def test_what_is_impossible_is_said(settings):
     goal = empty("Far Away", 50.0, 0.0)
     given = {"style": "PLACE", "target": "OBJECT", "target_object": goal}
-    assert "'Far Away': The goal at (50.00, 0.00) lies off the ground" in refused(settings, **given)
+    assert "'Far Away': The goal at (50.0, 0.0) m lies off the ground" in refused(settings, **given)
     pillar = bpy.data.objects["Pillar A"]
     assert "something stands there" in refused(settings, target_object=pillar, nearness=0.0)
     goal.location, goal.rotation_euler.y = (1.5, 0.0, 0.0), math.pi / 2
@@ -390,6 +390,30 @@ def test_the_path_is_drawn_if_wanted(settings):
     assert "Wayfarer Walk" in bpy.data.objects
     walked(settings, draw_path=False)
     assert "Wayfarer Walk" not in bpy.data.objects and "Wayfarer Walk" not in bpy.data.curves
+    assert "Wayfarer Walk" not in bpy.data.materials
+
+
+def test_each_scene_has_one_path(settings):
+    """A second scene's objects cannot have the names that the first one's have."""
+
+    def paths() -> dict:
+        return {scene.name: [o.name for o in scene.objects if o.type == "CURVE"] for scene in bpy.data.scenes}
+
+    walked(settings)
+    bpy.ops.scene.new(type="FULL_COPY")
+    for step in ("build_motion_graph", "embed"):
+        assert getattr(operators, step)() == {"FINISHED"}
+    copied = bpy.context.scene.wayfarer.walk
+    before = paths()
+    assert [len(names) for names in before.values()] == [1, 1]
+    for seed in (1, 2):
+        walked(copied, seed=seed)
+        assert paths() == before
+    materials = len(bpy.data.materials)
+    walked(copied, draw_path=False)
+    assert [len(names) for names in paths().values()] == [1, 0] and len(bpy.data.curves) == 1
+    # The copied scene's curve had the first one's material, or a copy of it.
+    assert all(m.users for m in bpy.data.materials) and len(bpy.data.materials) <= materials
 
 
 # ----------------------------------------------------------------------------------------------- quality

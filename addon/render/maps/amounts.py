@@ -33,12 +33,12 @@ def paint_amounts(
         unit=f"{noun}s",
         bar=ColorBar(scale.stops, ticks),
         swatches=place_swatches(scale, embedding, unreached),
-        numbers=(("Cells Covered", f"{n_cells:,}"), ("Most in a Cell", counted(highest, noun))),
+        numbers=(("Cells Covered", wording.number(n_cells)), ("Most in a Cell", counted(highest, noun))),
     )
     return PaintedMap(
         colors=scaled_colors(lightness(values, lightest), present, embedding, scale),
         legend=legend,
         numbers={"map_highest": highest, "map_cells": n_cells},
-        report=f"{title}: {n_cells:,} of {counted(n_floor, 'cell')} of free floor, up to {counted(highest, noun)} in "
-        "a cell",
+        report=f"{title}: {wording.number(n_cells)} of {counted(n_floor, 'cell')} of free floor, up to "
+        f"{counted(highest, noun)} in a cell",
     )

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ....core import wording
 from ....core.embedding.embedding import Embedding
 from ....core.progress import Progress
 from ...query import Query
@@ -109,4 +110,4 @@ def heading_words(embedding: Embedding, index: int | None) -> str:
     """ ", Heading 45°" for a single heading, nothing for all of them."""
     if index is None:
         return ""
-    return f", Heading {np.degrees(index * embedding.environment.grid.heading_step):.0f}°"
+    return f", Heading {wording.angle(index * embedding.environment.grid.heading_step)}"

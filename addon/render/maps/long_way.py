@@ -27,7 +27,7 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
         title="Long Way Around",
         missing="No Goal Nearby",
         limits=_LIMITS if options.bands else (),
-        numbers=(("Median", wording.time(median)), ("Goals Tried", f"{len(found.goals):,}")),
+        numbers=(("Median", wording.time(median)), ("Goals Tried", wording.number(len(found.goals)))),
         report=f"The longest way around takes {wording.time(float(known.max()))} more than straight there; from half "
         f"of the floor it is less than {wording.time(median)}, to the worst of "
         f"{counted(len(found.goals), 'goal')} tried",

@@ -22,7 +22,9 @@ def paint_query(field: ReachField, options: MapOptions) -> PaintedMap:
     """The map of times that have been found already."""
     query: Query = options.query
     areas = field.areas(query.times)
-    within = tuple((f"Within {time:g} s", wording.area(area)) for time, area in zip(query.times, areas, strict=True))
+    within = tuple(
+        (f"Within {wording.exact(time)} s", wording.area(area)) for time, area in zip(query.times, areas, strict=True)
+    )
     return paint_times(
         field.embedding,
         options,
@@ -31,8 +33,8 @@ def paint_query(field: ReachField, options: MapOptions) -> PaintedMap:
         missing="Cannot Get Here" if query.forwards else "Cannot Come From Here",
         limits=query.times if options.bands else (),
         numbers=within,
-        report=f"{query.title}: {wording.area(areas[0])} within {query.times[0]:g} s, {wording.area(areas[-1])} within "
-        f"{query.times[-1]:g} s",
+        report=f"{query.title}: {wording.area(areas[0])} within {wording.exact(query.times[0])} s, "
+        f"{wording.area(areas[-1])} within {wording.exact(query.times[-1])} s",
     )
 
 

@@ -27,9 +27,11 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
         title="Time to Reach",
         missing="Cannot Come From Here",
         limits=times if options.bands else (),
-        numbers=tuple((f"Within {time:g} s", wording.area(area)) for time, area in zip(times, areas, strict=True)),
-        report=f"The goal is reached within {times[0]:g} s from {wording.area(areas[0])}, within {times[-1]:g} s from "
-        f"{wording.area(areas[-1])}",
+        numbers=tuple(
+            (f"Within {wording.exact(time)} s", wording.area(area)) for time, area in zip(times, areas, strict=True)
+        ),
+        report=f"The goal is reached within {wording.exact(times[0])} s from {wording.area(areas[0])}, within "
+        f"{wording.exact(times[-1])} s from {wording.area(areas[-1])}",
     )
 
 

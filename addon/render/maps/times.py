@@ -35,7 +35,7 @@ def paint_times(
         # A hair, because times are whole frames in single precision.
         share = 1 - np.searchsorted(np.array(limits) + 1e-3, known) / len(limits)
         colors = scale.colors(1 - np.arange(len(limits) + 1) / len(limits)).tolist()
-        names = [*(f"Up to {limit:g} s" for limit in limits), "Longer"]
+        names = [*(f"Up to {wording.exact(limit)} s" for limit in limits), "Longer"]
         swatches = (*(Swatch(tuple(c), name) for c, name in zip(colors, names, strict=True)), *swatches)
     else:
         end = max(float(np.percentile(seconds[present], _PERCENTILE)), 1e-3) if present.any() else 1.0

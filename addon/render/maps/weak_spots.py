@@ -42,7 +42,7 @@ def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, Non
     legend = MapLegend(
         title="Weak Spots",
         swatches=(*swatches, Swatch(_SOUND, "Sound"), *rule, Swatch(_BLOCKED, "Too Near an Obstacle")),
-        numbers=(("Weak Spots", f"{len(found.spots):,}"), *listed),
+        numbers=(("Weak Spots", wording.number(len(found.spots))), *listed),
     )
     return PaintedMap(
         colors=opaque_map(colors),
