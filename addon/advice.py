@@ -6,7 +6,7 @@ Nothing here stops anybody: what cannot be done at all is an error of the core.
 from .bridge.tags import tag_names
 from .clip_actions import character_problem
 from .state import embedding_changes, results
-from .text import length, share
+from .text import length, rough, share
 
 _SMALLEST = 0.4
 _LARGEST = 20.0
@@ -31,8 +31,8 @@ def clip_advice(scene) -> list[str]:
     height = _height(settings.character)
     if 0 < height < _SMALLEST or height > _LARGEST:
         return [
-            f"'{settings.character.name}' is {length(height)} tall in its rest pose, and everything here is in metres; "
-            "scale its armature object to its real size"
+            f"'{settings.character.name}' is {rough(height)} m tall in its rest pose, and everything here is in "
+            "metres; scale its armature object to its real size"
         ]
     return []
 

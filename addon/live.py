@@ -20,7 +20,7 @@ from .properties.floor_map import CHANGE_LISTENERS
 from .render.floor import find_floor
 from .render.viewport import show_colors
 from .scene_changes import LISTENERS, Change, Listener, is_exchanging, shape_memory, start_timer, stop_timer
-from .state import AT_WORK, has_pending, results
+from .state import AT_WORK, MARK, has_pending, results
 
 FOLLOWS = 0.3
 """Seconds of work up to which the map follows every change; beyond, it waits for changes to end."""
@@ -137,9 +137,15 @@ def may_work_before_drawing(scene, view_layer) -> bool:
     if any(window.scene != scene or window.view_layer != view_layer for window in windows):
         return False
     floor = find_floor(scene)
-    if floor is None or floor.mode != "OBJECT" or not floor.is_editable:
+    if floor is None or not _has_floor(scene) or floor.mode != "OBJECT" or not floor.is_editable:
         return False
     return floor.data is not None and floor.data.is_editable
+
+
+def _has_floor(scene) -> bool:
+    """Whether there is a floor that was painted before: the first painting is a step of undo."""
+    floor = find_floor(scene)
+    return floor is not None and MARK in floor
 
 
 def drawing_takes() -> float:
@@ -261,6 +267,9 @@ def _tick() -> float | None:
     moving = time.perf_counter() - _last_change < _QUIET
     slow = live.latency > FOLLOWS
     if (live.painted and moving) or (slow and not live.working and (moving or _is_dragging())):
+        return _LOOK
+    if _is_dragging() and not _has_floor(scene):
+        # The step of undo would keep what is on its way.
         return _LOOK
     _work(scene, live, min(max(_SLICE, elsewhere if live.working else 0.0), _LONGEST_SLICE), map_only)
     return _TICK

@@ -5,10 +5,10 @@ import bpy
 from ...core.evaluation.ablation import Kind
 from ..findings.ablation import ablation_finding_steps
 from ..state import embedding_of
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_ablate(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_ablate(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.ablate"
     bl_label = "Find What Matters"
     bl_description = (

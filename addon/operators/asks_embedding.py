@@ -38,7 +38,7 @@ class AsksEmbedding(LooksAtEmbedding):
         return True
 
 
-class FindsOut(AsksEmbedding, LongOperator):
+class FindsOut(LooksAtEmbedding, LongOperator):
     """Mixin: ``steps`` return a Finding, which is kept with the scene."""
 
     def apply(self, context, result: Finding):

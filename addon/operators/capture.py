@@ -4,21 +4,17 @@ import bpy
 
 from ..findings.capture import capture_finding_steps
 from ..state import whole_of
-from .asks_embedding import AsksEmbedding, FindsOut
+from .asks_embedding import FindsOut
 
 
 class WAYFARER_OT_direct_capture(FindsOut, bpy.types.Operator):
+    # Also for an embedding that is empty: that is when most is missing.
     bl_idname = "wayfarer.direct_capture"
     bl_label = "Find What Is Missing"
     bl_description = (
         "Try steps, turns and mirror images that nobody has recorded, one at a time, and list those that would open "
         "floor or headings that the character cannot reach now"
     )
-
-    @classmethod
-    def poll(cls, context):
-        # Also for an embedding that is empty: that is when most is missing.
-        return super(AsksEmbedding, cls).poll(context)
 
     def steps(self, context):
         n_candidates = context.scene.wayfarer.evaluation.n_candidates

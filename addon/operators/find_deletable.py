@@ -4,10 +4,10 @@ import bpy
 
 from ..findings.ablation import deletion_finding_steps
 from ..state import embedding_of
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_find_deletable(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_find_deletable(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.find_deletable"
     bl_label = "Find Deletable Clips"
     bl_description = "List the clips that can all be deleted together without losing more of the floor than allowed"

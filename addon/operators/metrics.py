@@ -8,10 +8,10 @@ import numpy as np
 from ..findings.finding import Finding, keep_finding
 from ..findings.metrics import measure_steps
 from ..state import embedding_of
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_measure(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_measure(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.measure"
     bl_label = "Measure"
     bl_description = (

@@ -4,10 +4,10 @@ import bpy
 
 from ..findings.occupancy import occupancy_finding_steps
 from ..state import embedding_of
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_find_occupancy(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_find_occupancy(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.find_occupancy"
     bl_label = "Find Occupancy"
     bl_description = (

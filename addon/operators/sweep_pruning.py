@@ -7,10 +7,10 @@ from ..findings.pruning import pruning_curve_finding_steps
 from ..render.finding_charts import show_chart
 from ..render.image_editor import show_in_editor
 from ..state import whole_of
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_sweep_pruning(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_sweep_pruning(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.sweep_pruning"
     bl_label = "Sweep K"
     bl_description = (

@@ -5,10 +5,10 @@ import bpy
 from ..findings.weak_spots import weak_spots_finding_steps
 from ..state import embedding_of
 from ..text import counted
-from .asks_embedding import FindsOut
+from .asks_embedding import AsksEmbedding, FindsOut
 
 
-class WAYFARER_OT_find_weak_spots(FindsOut, bpy.types.Operator):
+class WAYFARER_OT_find_weak_spots(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_idname = "wayfarer.find_weak_spots"
     bl_label = "Find Weak Spots"
     bl_description = (

@@ -152,9 +152,9 @@ class _AtLeastCoverage:
         if not allowed:
             threshold, most = max(tried, key=lambda outcome: (self.coverage(outcome[1]), -outcome[0]))
             raise MotionGraphError(
-                f"At most {wording.share(self.coverage(most))} of the motion can be kept, at a cost of "
-                f"{wording.short(threshold)}; {wording.share(self.share)} were asked for. Lower Motion Kept, raise Max "
-                "Cost, shorten Min Segment, or add clips."
+                f"At most {wording.exact_share(self.coverage(most), 4)} of the motion can be kept, at a cost of "
+                f"{wording.short(threshold)}; {wording.exact_share(self.share)} were asked for. Lower Motion "
+                "Kept, raise Max Cost, shorten Min Segment, or add clips."
             )
         return min(allowed, key=lambda outcome: (outcome[0], -self.coverage(outcome[1])))
 

@@ -1,5 +1,6 @@
 """Directed walks: the quickest way through some goals, exactly."""
 
+import math
 from collections.abc import Generator, Sequence
 
 import numpy as np
@@ -69,8 +70,9 @@ def quickest_steps(
     least = int(course.frames_at(0, starts).min())
     last = last_frame(reader.embedding, limit)
     if limit is not None and last is not None and least > last:
-        seconds = wording.time(least / reader.embedding.graph.frame_rate)
-        takes = "" if least >= NEVER else f"; the quickest takes {seconds}"
+        # Rounded up: less than that is too little.
+        seconds = math.ceil(100 * least / reader.embedding.graph.frame_rate) / 100
+        takes = "" if least >= NEVER else f"; the quickest takes {wording.exact(seconds)} s"
         raise WalkError(f"No walk gets there within {wording.exact(limit)} s{takes}. Allow more time.")
     return (yield from keep_to_steps(reader, course, starts))
 

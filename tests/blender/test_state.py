@@ -401,7 +401,7 @@ def test_a_start_far_away_is_told(settings):
     walk = results().walk
     x, y = walk.root_path[0, :2]
     assert advice.start_advice(None, walk) == "" and advice.start_advice((x + 0.5, y), walk) == ""
-    assert "3.0 m from the place" in advice.start_advice((x, y - 3), walk)
+    assert "3.00 m from the place" in advice.start_advice((x, y - 3), walk)
 
 
 # ------------------------------------------------------------------------------------------------- import
