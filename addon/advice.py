@@ -16,6 +16,9 @@ _NEARLY_NOTHING = 0.05
 _FAR = 1.0
 """Metres between the place asked for and the nearest that the character can be at."""
 
+_STEP = 0.1
+"""Metres that the ground may lie above or below the character's origin, which is not always between its feet."""
+
 _NAMED = 3
 """Objects named in a sentence."""
 
@@ -75,6 +78,14 @@ def embedding_advice(scene) -> list[str]:
         advice.append(
             f"Only {share(found.summary['coverage'])} of the free floor is covered; see the map Why Not, or add clips "
             "that turn, start and stop"
+        )
+    character = scene.wayfarer.character
+    above = found.ground_height - character.matrix_world.translation.z if character is not None else 0.0
+    if abs(above) > _STEP:
+        where = "above" if above > 0 else "below"
+        advice.append(
+            f"The ground is {length(abs(above))} {where} '{character.name}', and walks keep the height of the clips; "
+            "move the character there and build the motion graph anew"
         )
     outside = found.summary.get("outside", [])
     if outside:

@@ -279,7 +279,12 @@ def environment_settings_fingerprint(scene) -> str:
     """Of everything but the shapes that an embedding depends on; what things are called makes no difference."""
     settings = scene.wayfarer
     environment = settings.environment
-    regions = [(region.rule, region.tag, region.margin) for region in environment.regions if region.object is not None]
+    regions = [
+        # Nothing grows where a tag is confined.
+        (region.rule, region.tag, 0.0 if region.rule == "CONFINE" else region.margin)
+        for region in environment.regions
+        if region.object is not None
+    ]
     return fingerprint(
         environment.cell_size,
         environment.n_headings,

@@ -35,6 +35,9 @@ class LongOperator:
 
     bl_options = {"REGISTER", "UNDO"}
 
+    _running = False
+    """Also of one that Blender cancels before it has begun, with its file browser."""
+
     def steps(self, context) -> Generator[Progress, None, Any]:
         """Gather the input, then yield Progress; return what ``apply`` needs. Must not change the scene."""
         raise NotImplementedError

@@ -76,12 +76,13 @@ def status(scene) -> tuple[str, Literal["NONE", "INFO", "ERROR", "TIME"]]:
         return "", "NONE"
     if live.error:
         return live.error, "ERROR"
-    if live.latency > FOLLOWS:
+    slow = live.latency > FOLLOWS
+    if slow and not live.done:
         return ("Updating" if live.working else "Updates when you let go"), "TIME"
     if not live.seconds:
         return "", "NONE"
     drawn = f", drawn after {text.time(live.drawn)}" if live.drawn else ""
-    return f"Painted after {text.time(live.written)}{drawn}", "NONE"
+    return f"Painted after {text.time(live.written)}{drawn}{', when you let go' if slow else ''}", "NONE"
 
 
 # ----------------------------------------------------------------------------------------------- changes

@@ -293,8 +293,12 @@ def walk_changes(scene) -> tuple[str, ...]:
     found = results(scene)
     if found.walk is None or find_walk(scene) is None:
         return ()
-    if found.walk.embedding is not found.embedding:
+    walked, embedding = found.walk.embedding, found.embedding
+    if embedding is None or walked.unrolling is not embedding.unrolling:
         return (NEWLY_MADE["embedding"],)
+    # Pruned since, or restored: whatever could be walked may be there still.
+    if any(then & ~now for then, now in zip(walked.planes, embedding.planes, strict=True)):
+        return ("The embedding was pruned",)
     return ("The embedding is out of date",) if embedding_is_stale(scene) else ()
 
 
@@ -319,7 +323,7 @@ def map_is_stale(scene) -> bool:
 
 
 def walk_is_stale(scene) -> bool:
-    """Whether the walk was made in another embedding."""
+    """Whether the walk was made in an embedding that is no more, or has lost nodes since."""
     return bool(walk_changes(scene))
 
 

@@ -35,7 +35,7 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
             f"'{armature_object.name}' is in no collection that the view layer shows; include its collection to export."
         )
     wanted = [armature_object, *_moved_meshes(armature_object, view_layer)]
-    with _stand_ins(wanted) as (copies, names), _selected(copies, view_layer), _quiet() as said:
+    with _in_a_window(), _stand_ins(wanted) as (copies, names), _selected(copies, view_layer), _quiet() as said:
         _lay_tracks(copies[0], armature_object, actions)
         try:
             done = bpy.ops.export_scene.gltf(
@@ -51,11 +51,26 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
                 check_existing=False,
             )
         except RuntimeError as error:
-            raise ExportError(f"Blender cannot write '{path}': {str(error).strip().splitlines()[-1]}") from None
+            raise ExportError(f"Blender cannot write '{path}': {_reason(str(error))}") from None
     if done != {"FINISHED"} or not path.is_file():
-        last = (said.getvalue().strip().splitlines() or ["it does not say why"])[-1]
-        raise ExportError(f"Blender cannot write '{path}': {last}")
+        raise ExportError(f"Blender cannot write '{path}': {_reason(said.getvalue())}")
     _rename(path, names)
+
+
+@contextlib.contextmanager
+def _in_a_window():
+    """The exporter turns the mouse pointer of the window into an hourglass. A command of the command line has none at
+    hand, though Blender has one."""
+    windows = bpy.context.window_manager.windows
+    has_none = bpy.context.window is None
+    with bpy.context.temp_override(window=windows[0]) if has_none and windows else contextlib.nullcontext():
+        yield
+
+
+def _reason(said: str) -> str:
+    """The line of an operator's error that says what is wrong: the last but for the place in Blender's own code."""
+    lines = [line for line in said.strip().splitlines() if line.strip() and not line.startswith("Location:")]
+    return (lines or ["it does not say why"])[-1]
 
 
 def _moved_meshes(armature_object, view_layer) -> list:

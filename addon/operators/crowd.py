@@ -3,6 +3,7 @@
 import bpy
 
 from ..jobs import LongOperator
+from ..state import find_walk
 from ..text import counted, length
 from ..walks.copies import find_copies
 from ..walks.crowd import CROWD_COLLECTION, crowd_walk_steps, keep_crowd, remove_crowd
@@ -26,6 +27,10 @@ class WAYFARER_OT_crowd(NeedsEmbedding, LongOperator, bpy.types.Operator):
         if crowd.unserved:
             left_out = f"{len(crowd.unserved)} of {counted(result.n_wanted, 'walker')} got no walk"
             self.report({"WARNING"}, f"{left_out}. {crowd.unserved[0].reason}")
+        character = context.scene.wayfarer.character
+        if find_walk(context.scene) is not None and character.visible_get():
+            walks_on = f"'{character.name}' plays a walk of its own, and keeps no distance from the crowd; hide it"
+            self.report({"WARNING"}, walks_on)
         apart = f", at least {length(crowd.closest)} apart" if len(crowd.walks) > 1 else ""
         self.report({"INFO"}, f"{counted(len(crowd.walks), 'walker')}{apart}")
         self.warn_if_stale(context.scene)

@@ -269,3 +269,16 @@ def test_in_blender_itself(blender, sample_file):
     result = blender(sample_file, "evaluate", "--set", "size=1")
     assert result.returncode == 1 and "no setting 'size'" in result.stderr
     assert blender(sample_file, "dance").returncode == 2
+
+
+def test_clips_are_exported_in_blender_itself(blender, sample_file):
+    """Its commands have no window at hand, which the exporter wants."""
+    out = f"/tmp/wayfarer-{uuid.uuid4().hex}"
+    folder = blender_root() / out.removeprefix("/")
+    words = ("export", out, "--no-table", "--set", "cell_size=0.5", "--set", "n_headings=8")
+    try:
+        result = blender(sample_file, *words)
+        assert result.returncode == 0, result.stdout + result.stderr
+        assert (folder / "clips.glb").read_bytes().startswith(b"glTF") and (folder / "embedding.npz").is_file()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

@@ -164,12 +164,14 @@ def test_too_many_are_refused_or_named(settings):
     assert len(walkers()) == settings.n_walking
 
 
-def test_the_walk_of_the_character_stays(settings):
+def test_the_walk_of_the_character_stays(settings, capfd):
     walk = bpy.context.scene.wayfarer.walk
     walk.duration = 3.0
     assert operators.random_walk() == {"FINISHED"}
     action = bpy.context.scene.wayfarer.character.animation_data.action
     assert operators.crowd() == {"FINISHED"}
     assert state.find_walk(bpy.context.scene) == action
+    # It is no walker of the crowd, and may walk into one.
+    assert "keeps no distance from the crowd" in capfd.readouterr().out
     assert operators.random_walk() == {"FINISHED"}
     assert len(walkers()) == 4

@@ -416,7 +416,9 @@ def test_what_the_panel_says(settings):
     evaluation.drawn = 0.456
     assert live.status(scene)[0] == "Painted after 0.12 s, drawn after 0.46 s"
     evaluation._latencies.extend((5.0, 5.0))
-    assert live.status(scene)[0] == "Updates when you let go"
+    assert live.status(scene)[0] == "Painted after 0.12 s, drawn after 0.46 s, when you let go"
+    evaluation.change()
+    assert live.status(scene) == ("Updates when you let go", "TIME")
     evaluation.error = "The ground is gone"
     assert live.status(scene) == ("The ground is gone", "ERROR")
 

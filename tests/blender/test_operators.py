@@ -297,6 +297,13 @@ def test_escape_cancels_without_applying(monkeypatch):
     assert context.window_manager.calls[-2:] == ["event_timer_remove", "progress_end"]
 
 
+def test_blender_may_cancel_a_job_that_has_not_begun():
+    """As it does when a file browser is closed."""
+    job, context = Job(), Context()
+    job.cancel(context)
+    assert context.window_manager.calls == [] and job.applied == []
+
+
 def test_a_modal_job_reports_errors(monkeypatch):
     job = Job(ClipError("Clip 'walk' is too short."))
     context = started(job, monkeypatch)

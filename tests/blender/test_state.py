@@ -376,6 +376,29 @@ def test_regions_that_make_no_sense_are_told(settings):
     assert "no object" in advice.environment_advice(scene)[0]
 
 
+def test_a_margin_counts_where_something_grows(settings):
+    scene, region = bpy.context.scene, settings.environment.regions[0]
+    build("build_motion_graph", "embed")
+    region.margin = 0.1
+    assert state.embedding_is_stale(scene)
+    region.rule = "CONFINE"
+    region.margin = 0.0
+    build("embed")
+    region.margin = 0.1
+    assert not state.embedding_is_stale(scene)
+
+
+def test_a_ground_at_another_height_than_the_character_is_told(settings):
+    """Walks keep the height of the clips."""
+    scene, environment = bpy.context.scene, settings.environment
+    environment.ground_source, environment.ground_height = "TYPED", 1.5
+    build("build_motion_graph", "embed")
+    assert advice.embedding_advice(scene)[0].startswith("The ground is 1.50 m above 'Wayfarer Character'")
+    settings.character.location.z = 1.5
+    bpy.context.view_layer.update()
+    assert advice.embedding_advice(scene) == []
+
+
 def test_what_disappoints_is_told(settings):
     scene = bpy.context.scene
     build("build_motion_graph")

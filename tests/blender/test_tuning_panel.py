@@ -111,8 +111,23 @@ def test_maps_walks_and_questions_use_what_is_left(settings):
     run("direct_capture", "sweep_pruning")
     assert not is_stale(findings.CAPTURE) and not is_stale(findings.PRUNING_CURVE)
     run("restore_embedding")
-    assert is_stale(findings.REACH) and is_stale(findings.ABLATION) and state.walk_is_stale(scene())
+    assert is_stale(findings.REACH) and is_stale(findings.ABLATION)
     assert not is_stale(findings.CAPTURE) and not is_stale(findings.PRUNING_CURVE)
+
+
+def test_a_walk_is_out_of_date_where_nodes_are_gone(settings):
+    run("random_walk", "prune")
+    assert state.walk_changes(scene()) == ("The embedding was pruned",)
+    # It led through nodes of the whole; what was walked in a part is there in the whole, too.
+    run("restore_embedding")
+    assert not state.walk_is_stale(scene())
+    run("prune", "random_walk", "restore_embedding")
+    assert found().walk.embedding is not embedding() and not state.walk_is_stale(scene())
+    run("embed", "paint_map")
+    bpy.data.objects["Table"].location.x += 0.6
+    bpy.context.view_layer.update()
+    run("embed")
+    assert state.walk_changes(scene()) == ("The motion graph was embedded anew",)
 
 
 def test_embedding_again_starts_from_the_whole(settings):

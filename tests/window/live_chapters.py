@@ -106,6 +106,41 @@ def time_few_links(note) -> hand.Turns:
     yield from hand.redrawn()
 
 
+def drag_without_floor(note) -> hand.Turns:
+    """Without a floor, drag a pillar, and switch Live on: the floor is made when that is put down, as a step of undo of
+    its own."""
+    live, pillar, floors = part("live").evaluation(bpy.context.scene), bpy.data.objects[PILLAR], part("render.floor")
+    bpy.data.batch_remove([floors.find_floor(bpy.context.scene)])
+    start = pillar.matrix_world.translation.copy()
+    yield from hand.click(*hand.pixel_of(start))
+    yield from hand.move(*hand.pixel_of((start.x, start.y, 0.0)))
+    yield from hand.press("G")
+    yield from hand.until(lambda: "TRANSFORM_OT_translate" in hand.running(), "the pillar to be taken")
+    for step in range(5):
+        yield from hand.move(*hand.pixel_of((start.x + 0.1 * step, start.y, 0.0)))
+    settings().live = True
+    held = time.perf_counter()
+    yield from hand.until(lambda: time.perf_counter() > held + 1.0, "a second to pass")
+    note("while_dragged", floors.find_floor(bpy.context.scene) is not None)
+    yield from hand.press("LEFTMOUSE")
+    yield from hand.until(lambda: not hand.running(), "the pillar to be put down")
+    yield from hand.until(colors, "the floor to be back", 60)
+    yield from _at_rest(live)
+    note("stale", badges())
+    moved = (pillar.matrix_world.translation - start).length
+    yield from hand.press_in_viewport("Z", ctrl=True)
+    yield from hand.until(lambda: not colors(), "the floor to be undone")
+    yield from hand.redrawn()
+    pillar = bpy.data.objects[PILLAR]
+    note("moved", [moved, (pillar.matrix_world.translation - start).length])
+    yield from hand.press_in_viewport("Z", ctrl=True, shift=True)
+    yield from hand.until(colors, "the floor to be there again")
+    yield from _at_rest(live)
+    settings().live = False
+    bpy.data.objects[PILLAR].location.x += start.x - bpy.data.objects[PILLAR].matrix_world.translation.x
+    yield from hand.press_in_viewport("A", alt=True)
+
+
 def _embed_with(threshold: tuple[str, int], live) -> hand.Turns:
     """Make the motion graph and the embedding anew, and let the map follow."""
     graph = settings().graph

@@ -40,6 +40,7 @@ CHAPTERS = (
     using_chapters.move_pillar,
     live_chapters.time_changes,
     live_chapters.time_few_links,
+    live_chapters.drag_without_floor,
     using_chapters.ask_why_not,
     using_chapters.evaluate,
     using_chapters.walk,

@@ -34,3 +34,10 @@ def test_where_drawing_takes_longer_than_the_work_both_are_in_one_picture(sessio
 
 def test_nothing_is_painted_in_the_middle_of_a_script(session):
     assert session.chapter("time_changes")["left_to_the_script"]
+
+
+def test_no_floor_is_made_while_something_is_dragged(session):
+    found = session.chapter("drag_without_floor")
+    assert not found["while_dragged"] and found["stale"] == NOTHING_STALE
+    # Undo took the floor away, and nothing else.
+    assert found["moved"][0] > 0.05 and found["moved"][0] == pytest.approx(found["moved"][1])
