@@ -127,6 +127,8 @@ def test_panels_draw_what_exists_when_all_is_done(sample_settings):
     settings.graph.use_custom_weights = True
     settings.map.quantity = "WHY_NOT"
     finish(settings)
+    report = settings.walk.report
+    report.active_worst = 0
     drawn = {}
     for mode in ("COST", "LINKS", "COVERAGE"):
         settings.graph.threshold_mode = mode
@@ -161,6 +163,12 @@ def test_panels_draw_what_exists_when_all_is_done(sample_settings):
     graph = state.results(bpy.context.scene).graph
     dropped = texts(drawn["WAYFARER_PT_dropped", "COST", "OBJECT"])
     assert {clip.clip for clip in graph.dropped} & set(dropped)
+    # Wrapped, not cut off.
+    reason = graph.dropped[0].reason
+    assert reason[:1].upper() + reason[1:] in " ".join(dropped) and not any(reason in text for text in dropped)
+    chosen = report.worst[report.active_worst]
+    told = " ".join(texts(drawn["WAYFARER_PT_walk_quality", "COST", "OBJECT"]))
+    assert f"Frame {chosen.frame}: {chosen.what}, {chosen.amount}" in told
     hubs = texts(drawn["WAYFARER_PT_hubs", "COST", "OBJECT"])
     assert {segment.name for segment in graph.segments} & set(hubs)
 

@@ -4,6 +4,7 @@ import bpy
 
 from ...state import graph_changes, graph_is_stale, results
 from ...text import number, of, short, time
+from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
 _MOST_ROWS = 8
@@ -102,7 +103,7 @@ class WAYFARER_PT_dropped(Sidebar, bpy.types.Panel):
             self.layout.label(text="Nothing was dropped", icon="CHECKMARK")
         for reason, clips in sorted(by_reason.items(), key=lambda item: -sum(seconds for _, seconds in item[1])):
             box = self.layout.box()
-            box.label(text=reason[:1].upper() + reason[1:], translate=False)
+            draw_wrapped(context, box, reason[:1].upper() + reason[1:])
             clips.sort(key=lambda clip: -clip[1])
             rows = [(name, time(seconds), 0) for name, seconds in clips[:_MOST_ROWS]]
             rest = clips[_MOST_ROWS:]

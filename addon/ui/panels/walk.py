@@ -6,6 +6,7 @@ from ...advice import stale_advice
 from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
 from ...state import find_walk, results, walk_changes, walk_is_stale
 from ...text import angle, number, of, scene_length, scene_slide, small, time
+from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
@@ -139,6 +140,10 @@ class WAYFARER_PT_walk_quality(Sidebar, bpy.types.Panel):
         draw_sentences(context, layout, [report.feet], "INFO")
         layout.label(text="Worst Frames")
         layout.template_list("WAYFARER_UL_worst_frames", "", report, "worst", report, "active_worst", rows=4)
+        if 0 <= report.active_worst < len(report.worst):
+            # The list has no room for long names.
+            chosen = report.worst[report.active_worst]
+            draw_wrapped(context, layout, f"Frame {chosen.frame}: {chosen.what}, {chosen.amount}")
 
 
 class WAYFARER_PT_crowd(Sidebar, bpy.types.Panel):
