@@ -81,7 +81,7 @@ def embedding_advice(scene) -> list[str]:
         )
     character = scene.wayfarer.character
     above = found.ground_height - character.matrix_world.translation.z if character is not None else 0.0
-    if abs(above) > _STEP:
+    if character is not None and abs(above) > _STEP:
         where = "above" if above > 0 else "below"
         advice.append(
             f"The ground is {length(abs(above))} {where} '{character.name}', and walks keep the height of the clips; "

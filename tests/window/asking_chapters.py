@@ -73,9 +73,12 @@ def choose_map(note) -> hand.Turns:
     note("back", colors() == seen[0])
     yield from editors.turn_to("Map", "wayfarer.map.quantity", lambda: chosen.quantity, "SEGMENT")
     yield from _repainted(seen)
-    yield from editors.search("Map", "wayfarer.map.segment", "walk")
+    # Any but the first, which is shown where none is chosen.
+    wanted = next(word for word in ("walk", "turn") if word not in results().graph.segments[0].name)
+    yield from editors.search("Map", "wayfarer.map.segment", wanted)
     yield from _repainted(seen)
     note("segment", chosen.segment)
+    note("wanted", wanted)
     note("legend", part("render.floor").floor_legend(part("render.floor").find_floor(bpy.context.scene)).title)
     keep_picture("23_single_segment")
     chosen.quantity = "VARIABILITY"

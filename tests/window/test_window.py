@@ -164,7 +164,7 @@ def test_maps_are_chosen_by_menu_slider_and_name(session):
     assert found["typed"] == pytest.approx(math.pi / 2)
     assert found["dragged"] > found["typed"]
     assert found["back"]
-    assert "walk" in found["segment"] and found["legend"] == found["segment"]
+    assert found["wanted"] in found["segment"] and found["legend"] == found["segment"]
     assert not found["stale"]["map"]
 
 
