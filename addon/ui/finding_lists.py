@@ -24,7 +24,8 @@ class WAYFARER_UL_findings(bpy.types.UIList):
     def draw_item(self, context, layout, data: Any, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         name_share, value_share = _SHARES[data.name]
         split = layout.split(factor=name_share, align=True)
-        split.label(text=item.name, icon=item.icon, translate=False)
+        # The units of areas and places stand above the list.
+        split.label(text=item.name.removesuffix(" m²"), icon=item.icon, translate=False)
         if not item.note or value_share == 1.0:
             value = split.row()
             value.alignment = "RIGHT"
@@ -33,7 +34,6 @@ class WAYFARER_UL_findings(bpy.types.UIList):
         rest = split.split(factor=value_share, align=True)
         value = rest.row()
         value.alignment = "RIGHT"
-        # The unit of places stands above the list.
         value.label(text=item.value.removesuffix(" m"), translate=False)
         note = rest.row()
         note.active = False

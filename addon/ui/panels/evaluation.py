@@ -80,7 +80,7 @@ class WAYFARER_PT_weak_spots(_EvaluationPart, bpy.types.Panel):
         column.prop(settings, "min_area")
         layout.operator("wayfarer.find_weak_spots", icon="ZOOM_SELECTED")
         draw_finding_numbers(layout, scene, WEAK_SPOTS)
-        draw_finding_rows(context, layout, WEAK_SPOTS, "Area, Place (m), Reason", rows=5)
+        draw_finding_rows(context, layout, WEAK_SPOTS, "Area (m²), Place (m), Reason", rows=5)
         draw_chart_button(layout, scene, WEAK_SPOTS)
 
 
