@@ -122,6 +122,7 @@ def legend_facts() -> Generator[None, None, dict]:
     wanted = [*legend.bar.stops, *(swatch.color for swatch in legend.swatches)]
     return {
         "size": [width, height],
+        "swatches": len(legend.swatches),
         "inside": view.x + x + width <= side.x and width > 0,
         "farthest_color": max(picture.nearest_distance(shown, color) for color in wanted),
         "back": bool((again[y : y + height, x : x + width] == shown).all()),

@@ -245,12 +245,18 @@ def test_presets_bring_settings_back(session):
     assert session.chapter("keep_preset")["rate"] == pytest.approx(0.11)
 
 
+LEGEND_LINE = 19
+"""Pixels at the interface's usual size."""
+
+
 @pytest.mark.parametrize("chapter", ["light_theme", "large_interface"])
 def test_the_legend_follows_theme_and_size(session, chapter):
     usual, found = session.chapter("look_at_legend"), session.chapter(chapter)["legend"]
     assert found["inside"] and found["farthest_color"] <= 12 and found["back"]
     factor = 1.5 if chapter == "large_interface" else 1.0
-    assert found["size"][1] == pytest.approx(factor * usual["size"][1], rel=0.1)
+    # Each swatch is a line more.
+    height = usual["size"][1] + LEGEND_LINE * (found["swatches"] - usual["swatches"])
+    assert found["size"][1] == pytest.approx(factor * height, rel=0.1)
 
 
 def test_everything_is_there_when_the_file_is_opened_again(session):
