@@ -79,20 +79,27 @@ def embedding_advice(scene) -> list[str]:
             f"Only {share(found.summary['coverage'])} of the free floor is covered; see the map Why Not, or add clips "
             "that turn, start and stop"
         )
-    character = scene.wayfarer.character
-    above = found.ground_height - character.matrix_world.translation.z if character is not None else 0.0
-    if character is not None and abs(above) > _STEP:
-        where = "above" if above > 0 else "below"
-        advice.append(
-            f"The ground is {length(abs(above))} {where} '{character.name}', and walks keep the height of the clips; "
-            "move the character there and build the motion graph anew"
-        )
+    advice += _height_advice(scene.wayfarer.character, found.ground_height)
     outside = found.summary.get("outside", [])
     if outside:
         names = ", ".join(f"'{name}'" for name in outside[:_NAMED])
         more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
         advice.append(f"Obstacles outside the ground make no difference: {names}{more}")
     return advice
+
+
+def _height_advice(character, ground_height: float) -> list[str]:
+    """About a ground at another height (m) than the character, if there is one."""
+    if character is None:
+        return []
+    above = ground_height - character.matrix_world.translation.z
+    if abs(above) <= _STEP:
+        return []
+    where = "above" if above > 0 else "below"
+    return [
+        f"The ground is {length(abs(above))} {where} '{character.name}', and walks keep the height of the clips; "
+        "move the character there and build the motion graph anew"
+    ]
 
 
 def stale_advice(scene) -> list[str]:

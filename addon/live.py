@@ -137,16 +137,16 @@ def may_work_before_drawing(scene, view_layer) -> bool:
     windows = bpy.context.window_manager.windows
     if any(window.scene != scene or window.view_layer != view_layer for window in windows):
         return False
-    floor = find_floor(scene)
-    if floor is None or not _has_floor(scene) or floor.mode != "OBJECT" or not floor.is_editable:
+    floor = _earlier_floor(scene)
+    if floor is None or floor.mode != "OBJECT" or not floor.is_editable:
         return False
     return floor.data is not None and floor.data.is_editable
 
 
-def _has_floor(scene) -> bool:
-    """Whether there is a floor that was painted before: the first painting is a step of undo."""
+def _earlier_floor(scene) -> bpy.types.Object | None:
+    """The floor, if it was painted before: the first painting is a step of undo."""
     floor = find_floor(scene)
-    return floor is not None and MARK in floor
+    return floor if floor is not None and MARK in floor else None
 
 
 def drawing_takes() -> float:
@@ -269,7 +269,7 @@ def _tick() -> float | None:
     slow = live.latency > FOLLOWS
     if (live.painted and moving) or (slow and not live.working and (moving or _is_dragging())):
         return _LOOK
-    if _is_dragging() and not _has_floor(scene):
+    if _is_dragging() and _earlier_floor(scene) is None:
         # The step of undo would keep what is on its way.
         return _LOOK
     _work(scene, live, min(max(_SLICE, elsewhere if live.working else 0.0), _LONGEST_SLICE), map_only)

@@ -17,9 +17,10 @@ from ..core.motion.graph import MotionGraph
 from ..core.progress import Progress
 from .bridge.read_scene import ShapeMemory
 from .inputs import SceneShapes, environment_settings_fingerprint, make_environment_steps, read_shapes
-from .render.floor import find_floor, put_on_floor
+from .painting import paint_floor
+from .render.floor import find_floor
 from .render.maps import FloorMap, MapOptions, PaintedMap
-from .state import keep_embedding, keep_painted, results
+from .state import keep_embedding, results
 
 _ROUNDS = 3
 """Rounds that are remembered: one that was slow for other reasons says nothing about the next."""
@@ -214,7 +215,7 @@ class LiveEvaluation:
         shown = self._shown
         # What fits may have been pruned since.
         if fits and self._repaint and shown is not None and shown[0] == wanted and shown[1] is found.embedding:
-            self._paint(scene, found.embedding, shown[2], wanted.map_key, settings.map.offset)
+            paint_floor(scene, found.embedding, shown[2], wanted.map_key, settings.map.offset)
             self._repaint = False
             return
         task = _Round(
@@ -267,7 +268,7 @@ class LiveEvaluation:
             keep_embedding(scene, embedding, task.shapes)
             # Later: the map does not depend on it.
             self._uncounted = embedding
-        self._paint(scene, embedding, painted, task.wanted.map_key, task.offset)
+        paint_floor(scene, embedding, painted, task.wanted.map_key, task.offset)
         self._shown = task.wanted, embedding, painted
         self._repaint = False
         self._spent["paint"] = time.thread_time() - started
@@ -288,12 +289,6 @@ class LiveEvaluation:
         started = time.thread_time()
         found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
         self.seconds["count"] = time.thread_time() - started
-
-    def _paint(self, scene, embedding: Embedding, painted: PaintedMap, key: str, offset: float) -> None:
-        found = results(scene)
-        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted)
-        keep_painted(scene, floor, embedding, key)
-        found.summary.update(painted.numbers)
 
 
 @contextmanager

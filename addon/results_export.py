@@ -11,7 +11,7 @@ from ..core.report.chart import ColorBar, Swatch, map_chart
 from ..core.report.color_scale import ColorScale
 from ..core.report.drawing import Drawing
 from ..core.report.png import png_bytes
-from .bridge.write_colors import painted_colors
+from .bridge.write_colors import painted_cell_size, painted_colors
 from .export_folder import write_files
 from .findings.finding import TITLES, finding_is_stale, numbers_of, table_of
 from .render.finding_charts import chart_of
@@ -40,9 +40,9 @@ def export_results(scene, folder: Path, as_json: bool, as_csv: bool, as_png: boo
         chart = chart_of(finding)
         if chart is not None:
             files[f"{finding.name.lower()}.png"] = _png(chart)
-    floor, painted = find_painted(scene), results(scene).painted
-    if as_png and floor is not None and painted is not None:
-        files[f"{_MAP}.png"] = _png(_map_drawing(floor, painted[0].environment.grid.cell_size))
+    floor = find_painted(scene)
+    if as_png and floor is not None:
+        files[f"{_MAP}.png"] = _png(_map_drawing(floor))
     if not files:
         raise EvaluationError("Nothing is to be written; choose JSON, CSV or PNG.")
     write_files(folder, files)
@@ -65,7 +65,7 @@ def _everything(scene, kept) -> dict:
     return {"file": bpy.data.filepath, "scene": scene.name, "embedding": size, "findings": found}
 
 
-def _map_drawing(floor, cell_size: float) -> Drawing:
+def _map_drawing(floor) -> Drawing:
     """The painted floor, with its legend."""
     legend, colors = floor_legend(floor), painted_colors(floor)
     shown = legend if legend is not None else MapLegend("Map")
@@ -75,7 +75,7 @@ def _map_drawing(floor, cell_size: float) -> Drawing:
         scale = ColorScale(shown.title, shown.bar.stops)
         entries.append(ColorBar(scale, f"{ticks[0][1]} {shown.unit}", f"{ticks[-1][1]} {shown.unit}"))
     entries += [Swatch(swatch.color, f"{swatch.text} {swatch.value}".strip()) for swatch in shown.swatches]
-    return map_chart(shown.title, displayed(colors[..., :3]), cell_size, entries, width=720)
+    return map_chart(shown.title, displayed(colors[..., :3]), painted_cell_size(floor), entries, width=720)
 
 
 def _png(drawing: Drawing) -> bytes:

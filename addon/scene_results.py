@@ -25,13 +25,22 @@ REMEMBERED = 3
 _Result = TypeVar("_Result")
 
 
+@dataclass(frozen=True)
+class OutdatedWalk:
+    """A walk that was out of date when its file was saved: nothing is known of it but why, in sentences without their
+    full stops."""
+
+    changes: tuple[str, ...]
+
+
 @dataclass
 class SceneResults:
     """The results of one scene; None where there is none (yet).
 
     ``made_from`` holds, for graph and embedding, the fingerprints of settings and of data that they were made from;
     ``present`` those of the data as last seen; ``made_for`` the character and the actions of the graph, by session id.
-    ``painted`` is the embedding whose map the floor shows, with the key of the map (``scene.wayfarer.map.key``).
+    ``painted`` is the embedding whose map the floor shows, with the key of the map (``scene.wayfarer.map.key``);
+    None for an embedding that was another one already when the file was saved.
     ``ground_height`` is the world z (m) of the embedding's ground. ``summary`` holds the numbers that the panels show,
     ``graph_summary`` what there is to say about the graph, ``lost_links`` an embedding and the links that it lost.
     ``marked`` are what floors and walks of late show, by their mark; ``prunings`` how embeddings were pruned of late.
@@ -53,8 +62,8 @@ class SceneResults:
     graph_summary: GraphSummary | None = None
     embedding: Embedding | None = None
     lost_links: tuple[Embedding, LostLinks] | None = None
-    painted: tuple[Embedding, str] | None = None
-    walk: Walk | None = None
+    painted: tuple[Embedding | None, str] | None = None
+    walk: Walk | OutdatedWalk | None = None
     ground_height: float = 0.0
     made_for: tuple[int, tuple[int, ...]] = (0, ())
     made_from: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -76,13 +85,18 @@ class SceneResults:
     @property
     def map_was_undone(self) -> bool:
         """Whether there was a painted floor, until undo or redo took it away."""
-        return self.painted is None and any(isinstance(shown[0], Embedding) for shown in self.marked.values())
+        return self.painted is None and not all(is_walk(shown) for shown in self.marked.values())
 
     @property
     def whole(self) -> Embedding | None:
         """The embedding as it was before it was pruned."""
         pruning = self.pruning
         return self.embedding if pruning is None else pruning.whole
+
+
+def is_walk(shown: tuple) -> bool:
+    """Whether what is marked, by what it is marked with, is a walk; else it is a floor."""
+    return isinstance(shown[0], Walk | OutdatedWalk)
 
 
 _by_scene: dict[int, SceneResults] = {}
@@ -117,7 +131,8 @@ def whole_of(scene) -> Embedding:
 
 def walk_of(scene) -> Walk:
     """The last walk of a scene, where there is one; else MotionGraphError."""
-    return _there(results(scene).walk, "Let the character walk first.")
+    walk = results(scene).walk
+    return _there(walk if isinstance(walk, Walk) else None, "Let the character walk first.")
 
 
 def _there(result: _Result | None, remedy: str) -> _Result:

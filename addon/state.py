@@ -41,6 +41,7 @@ from .render.floor import find_floor
 from .scene_changes import LISTENERS, Listener, shape_memory
 from .scene_results import (
     REMEMBERED,
+    OutdatedWalk,
     SceneResults,
     await_results,
     embedding_of,
@@ -49,6 +50,7 @@ from .scene_results import (
     has_pending,
     has_results,
     is_known,
+    is_walk,
     n_kept,
     results,
     walk_of,
@@ -59,7 +61,9 @@ __all__ = [
     "AT_WORK",
     "MARK",
     "NEWLY_MADE",
+    "OutdatedWalk",
     "SceneResults",
+    "changes_since_walk",
     "contacts_of",
     "embedding_changes",
     "embedding_is_stale",
@@ -220,8 +224,7 @@ def _mark(found: SceneResults, datablock, result) -> None:
     mark = uuid.uuid4().hex
     datablock[MARK] = mark
     found.marked[mark] = result
-    kind = type(result[0])
-    alike = [mark for mark, other in found.marked.items() if type(other[0]) is kind]
+    alike = [mark for mark, other in found.marked.items() if is_walk(other) == is_walk(result)]
     for mark in alike[:-REMEMBERED]:
         del found.marked[mark]
 
@@ -293,13 +296,23 @@ def walk_changes(scene) -> tuple[str, ...]:
     found = results(scene)
     if found.walk is None or find_walk(scene) is None:
         return ()
+    changes = changes_since_walk(found)
+    return changes or (("The embedding is out of date",) if embedding_is_stale(scene) else ())
+
+
+def changes_since_walk(found: SceneResults) -> tuple[str, ...]:
+    """Why the embedding is no longer the one of the walk that there is, as sentences without their full stops."""
+    if isinstance(found.walk, OutdatedWalk):
+        return found.walk.changes
+    if found.walk is None or found.walk.embedding is found.embedding:
+        return ()
     walked, embedding = found.walk.embedding, found.embedding
     if embedding is None or walked.unrolling is not embedding.unrolling:
         return (NEWLY_MADE["embedding"],)
     # Pruned since, or restored: whatever could be walked may be there still.
     if any(then & ~now for then, now in zip(walked.planes, embedding.planes, strict=True)):
         return ("The embedding was pruned",)
-    return ("The embedding is out of date",) if embedding_is_stale(scene) else ()
+    return ()
 
 
 def graph_is_stale(scene) -> bool:
@@ -438,9 +451,9 @@ def _follow_marks(scene) -> None:
     found, floor = results(scene), find_floor(scene)
     found.painted = found.marked.get(floor.get(MARK)) if floor is not None else None
     character = scene.wayfarer.character
-    if found.walk is None and not any(isinstance(shown[0], Walk) for shown in found.marked.values()):
+    if found.walk is None and not any(map(is_walk, found.marked.values())):
         return
-    walks = [action for action in bpy.data.actions if isinstance(found.marked.get(action.get(MARK), ("",))[0], Walk)]
+    walks = [action for action in bpy.data.actions if is_walk(found.marked.get(action.get(MARK), ("",)))]
     playing = character.animation_data.action if character and character.animation_data else None
     shown = playing if playing in walks else walks[-1] if walks else None
     found.walk = None

@@ -32,7 +32,9 @@ from .examination import ClipMotion
 from .pruning import pruning_from_plain, pruning_to_plain
 from .state import (
     MARK,
+    OutdatedWalk,
     SceneResults,
+    changes_since_walk,
     find_painted,
     find_walk,
     has_pending,
@@ -84,9 +86,14 @@ def encoded_results(scene) -> dict[str, bytes | str] | None:
         if found.lost_links is not None and found.lost_links[0] is found.embedding:
             header["lost_links"] = asdict(found.lost_links[1])
         floor, action = find_painted(scene), find_walk(scene)
-        if floor is not None and found.painted is not None and found.painted[0] is found.embedding:
-            header["painted"] = [floor[MARK], found.painted[1]]
-        if action is not None and found.walk is not None and found.walk.embedding is found.embedding:
+        # Embeddings that have been replaced are not kept, only that floor and walk are out of date.
+        if floor is not None and found.painted is not None:
+            embedding, key = found.painted
+            header["painted" if embedding is found.embedding else "outdated_map"] = [floor[MARK], key]
+        changes = changes_since_walk(found)
+        if action is not None and changes:
+            header["outdated_walk"] = [action[MARK], *changes]
+        elif action is not None and isinstance(found.walk, Walk):
             parts["walk"] = _encoded(found, "walk", found.walk, walk_to_bytes)
             header["walk"] = action[MARK]
     parts["header"] = json.dumps(header, default=float)
@@ -196,14 +203,20 @@ def _decode(scene, stored, header, found: SceneResults) -> None:
     found.motions = {str(seen): ClipMotion(float(far), float(turn)) for seen, (far, turn) in header["motions"].items()}
     if "lost_links" in header:
         found.lost_links = found.embedding, LostLinks(**_numbers(header["lost_links"]))
-    if "painted" in header:
-        mark, key = map(str, header["painted"])
-        found.painted = found.marked[mark] = (found.embedding, key)
+    for kind, embedding in (("painted", found.embedding), ("outdated_map", None)):
+        if kind in header:
+            mark, key = map(str, header[kind])
+            found.painted = found.marked[mark] = (embedding, key)
+    numbers = {name: value for name, value in found.summary.items() if name.startswith("walk_")}
     if "walk" in header and found.embedding is not None:
         found.walk = walk_from_bytes(stored["walk"], found.embedding)
         found.encoded["walk"] = (found.walk, stored["walk"])
-        numbers = {name: value for name, value in found.summary.items() if name.startswith("walk_")}
         found.marked[str(header["walk"])] = (found.walk, numbers)
+    elif "outdated_walk" in header:
+        mark, *changes = map(str, header["outdated_walk"])
+        require(len(changes) > 0)
+        found.walk = OutdatedWalk(tuple(changes))
+        found.marked[mark] = (found.walk, numbers)
 
 
 #: Numbers that panels show beside a graph, an embedding and a walk: where there is one, they are there.
@@ -216,7 +229,7 @@ _SUMMARY = {
 
 def _summary(plain: Mapping, header: Mapping, found: SceneResults) -> dict:
     """The summary of a header, if panels can show it."""
-    kinds = [kind for kind in _SUMMARY if getattr(found, kind) is not None or kind in header]
+    kinds = [kind for kind in _SUMMARY if getattr(found, kind) is not None or {kind, f"outdated_{kind}"} & set(header)]
     _numbers({name: plain[name] for kind in kinds for name in _SUMMARY[kind]})
     require(all(isinstance(name, str) for name in plain.get("outside", [])))
     return dict(plain)

@@ -31,6 +31,11 @@ def _shape(obj) -> tuple[int, ...]:
     return () if isinstance(kept, str) else tuple(kept)
 
 
+def painted_cell_size(obj) -> float:
+    """Metres from cell to cell of a :func:`ground_grid`."""
+    return float(obj[_PLACE_PROPERTY][2])
+
+
 def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: int, z: float, collection):
     """A mesh object with one square for each of nx x ny cells, to be painted with :func:`paint`.
 

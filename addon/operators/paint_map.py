@@ -3,9 +3,10 @@
 import bpy
 
 from ..jobs import LongOperator
-from ..render.floor import FLOOR_NAME, put_on_floor
+from ..painting import paint_floor
+from ..render.floor import FLOOR_NAME
 from ..render.viewport import show_colors
-from ..state import embedding_of, keep_painted, results
+from ..state import embedding_of
 from .asks_embedding import LooksAtEmbedding
 
 __all__ = ["FLOOR_NAME", "WAYFARER_OT_paint_map"]
@@ -27,10 +28,7 @@ class WAYFARER_OT_paint_map(LooksAtEmbedding, LongOperator, bpy.types.Operator):
 
     def apply(self, context, result):
         embedding, key, offset, painted = result
-        scene, found = context.scene, results(context.scene)
-        floor = put_on_floor(scene, embedding.environment.grid, found.ground_height, offset, painted, in_operator=True)
-        show_colors(context.screen, scene)
-        keep_painted(scene, floor, embedding, key, in_operator=True)
-        found.summary.update(painted.numbers)
+        paint_floor(context.scene, embedding, painted, key, offset, in_operator=True)
+        show_colors(context.screen, context.scene)
         self.report({"INFO"}, painted.report)
-        self.warn_if_stale(scene)
+        self.warn_if_stale(context.scene)

@@ -5,11 +5,12 @@ import bpy
 from ..findings.finding import keep_finding
 from ..findings.reach import reach_finding
 from ..jobs import LongOperator
+from ..painting import paint_floor
 from ..query import query_steps
-from ..render.floor import put_on_floor
+from ..render.maps import map_of
 from ..render.maps.query import NAME, paint_query
 from ..render.viewport import show_colors
-from ..state import embedding_of, keep_painted, results
+from ..state import embedding_of
 from .asks_embedding import AsksEmbedding
 
 
@@ -29,16 +30,12 @@ class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
 
     def apply(self, context, result):
         finding, painted = result
-        scene, found = context.scene, results(context.scene)
-        settings, embedding = scene.wayfarer.map, finding.embedding
+        scene, settings = context.scene, context.scene.wayfarer.map
         # First, because it may be refused: then nothing has changed.
-        floor = put_on_floor(
-            scene, embedding.environment.grid, found.ground_height, settings.offset, painted, in_operator=True
-        )
+        key = settings.key_of(map_of(NAME))
+        paint_floor(scene, finding.embedding, painted, key, settings.offset, in_operator=True)
         keep_finding(scene, finding)
         settings.quantity = NAME
         show_colors(context.screen, scene)
-        keep_painted(scene, floor, embedding, settings.key, in_operator=True)
-        found.summary.update(painted.numbers)
         self.report({"INFO"}, painted.report)
         self.warn_if_stale(scene)

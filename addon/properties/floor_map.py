@@ -146,7 +146,11 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
     @property
     def key(self) -> str:
         """Says which map is asked for: the same for the same map, whatever it does not heed."""
-        kind, options = self.kind, self.to_core()
+        return self.key_of(self.kind)
+
+    def key_of(self, kind: FloorMap) -> str:
+        """The same, if this kind of map is asked for."""
+        options = self.to_core()
         heeded = [f"{name}={getattr(options, name)!r}" for name in sorted(kind.heeds)]
         return " ".join([kind.name, *heeded, f"offset={self.offset:.6f}"])
 

@@ -24,7 +24,7 @@ class WAYFARER_UL_findings(bpy.types.UIList):
     def draw_item(self, context, layout, data: Any, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
         name_share, value_share = _SHARES[data.name]
         split = layout.split(factor=name_share, align=True)
-        # The units of areas and places stand above the list.
+        # The unit of areas stands above the list.
         split.label(text=item.name.removesuffix(" m²"), icon=item.icon, translate=False)
         if not item.note or value_share == 1.0:
             value = split.row()
@@ -34,7 +34,7 @@ class WAYFARER_UL_findings(bpy.types.UIList):
         rest = split.split(factor=value_share, align=True)
         value = rest.row()
         value.alignment = "RIGHT"
-        value.label(text=item.value.removesuffix(" m"), translate=False)
+        value.label(text=item.value, translate=False)
         note = rest.row()
         note.active = False
         note.label(text=item.note, translate=False)

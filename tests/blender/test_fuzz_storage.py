@@ -72,7 +72,9 @@ def assert_refused_or_usable(found: state.SceneResults) -> bool:
     assert told and found.embedding.n_links >= 0 and found.embedding.node_mask().shape == found.embedding.shape
     assert state.lost_links(scene) is None or state.lost_links(scene).possible >= 0
     assert len(found.graph_summary.hubs(3)) > 0
-    if found.walk is not None:
+    if isinstance(found.walk, state.OutdatedWalk):
+        assert found.walk.changes and state.walk_changes(scene) in ((), found.walk.changes)
+    elif found.walk is not None:
         assert np.isfinite(found.walk.root_path).all() and found.walk.duration > 0
     return True
 
@@ -117,6 +119,8 @@ SOME = st.sampled_from([None, -1, 10**400, 1e308, float("nan"), "x", "9" * 5000,
 def test_made_up_headers_are_refused_or_do_no_harm(kept, data):
     """Sound by their checksum: any entry, however deep, may be missing or another."""
     header = json.loads(kept["header"])
+    if data.draw(st.booleans()):
+        header["outdated_map"], header["outdated_walk"] = header.pop("painted"), [header.pop("walk"), "a reason"]
     place = header
     while True:
         keys = sorted(place) if isinstance(place, dict) else list(range(len(place)))

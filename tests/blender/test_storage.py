@@ -7,7 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state, storage
+from bl_ext.user_default.wayfarer.addon import results_export, state, storage
+from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
+from bl_ext.user_default.wayfarer.addon.ui.overlay import legend
 
 operators = bpy.ops.wayfarer
 
@@ -98,6 +100,48 @@ def test_what_moved_after_embedding_is_stale_after_reopening(built, tmp_path):
     reopen(save(tmp_path / "moved.blend"))
     assert stale() == (False, True, True, True)
     assert state.embedding_changes(bpy.context.scene) == ("Ground, obstacles or regions have moved or changed",)
+
+
+def test_what_shows_an_embedding_that_was_replaced_is_stale_after_reopening(built, tmp_path):
+    build("embed")
+    before = stale(), state.walk_changes(bpy.context.scene), dict(scene_results().summary)
+    assert before[:2] == ((False, False, True, True), ("The motion graph was embedded anew",))
+    for name in ("anew.blend", "again.blend"):
+        reopen(save(tmp_path / name))
+        scene = bpy.context.scene
+        assert (stale(), state.walk_changes(scene), dict(scene_results().summary)) == before
+        assert state.find_painted(scene) is not None and state.find_walk(scene) is not None
+    files = results_export.export_results(scene, tmp_path / "out", as_json=False, as_csv=False, as_png=True)
+    assert [file.name for file in files] == ["map.png"]
+    build("paint_map", "random_walk")
+    assert stale() == FRESH
+
+
+def test_a_walk_that_was_pruned_away_is_stale_after_reopening(built, tmp_path):
+    build("prune")
+    changes = state.walk_changes(bpy.context.scene)
+    assert changes == ("The embedding was pruned",)
+    reopen(save(tmp_path / "pruned.blend"))
+    assert stale() == (False, False, True, True) and state.walk_changes(bpy.context.scene) == changes
+    # What was replaced cannot come back, and the walk is not known to fit.
+    build("restore_embedding")
+    assert state.walk_changes(bpy.context.scene) == changes
+
+
+def test_a_walk_that_fits_again_is_fresh_after_reopening(built, tmp_path):
+    build("prune", "random_walk", "restore_embedding", "paint_map")
+    assert stale() == FRESH
+    links = scene_results().walk.states.tolist()
+    reopen(save(tmp_path / "restored.blend"))
+    assert stale() == FRESH and scene_results().walk.states.tolist() == links
+
+
+def test_a_floor_of_which_nothing_is_known_does_not_look_fresh(built, tmp_path):
+    built.keep_results = False
+    reopen(save(tmp_path / "without.blend"))
+    scene = bpy.context.scene
+    assert find_floor(scene) is not None and state.find_painted(scene) is None
+    assert legend.is_outdated(scene)
 
 
 def test_a_graph_built_anew_is_kept_beside_the_embedding(built, tmp_path):

@@ -75,6 +75,9 @@ def keep_preset(note) -> hand.Turns:
     yield from hand.click(left + 0.4 * width, low + height - _FIRST_ROW)
     yield from hand.until(lambda: embedding.position_rate != before, "the preset's settings")
     note("rate", embedding.position_rate)
+    # A click while the popover is open closes that, and nothing else.
+    yield from hand.press("ESC")
+    yield from hand.rest()
     embedding.position_rate = before
     yield from hand.until(lambda: not badges()["embedding"], "the embedding to be up to date again")
 

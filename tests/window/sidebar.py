@@ -73,7 +73,7 @@ def panels() -> list[str]:
 
 
 def _click_header(number: int, across: float = 0.3, **modifiers: bool) -> Turns:
-    side = hand.region("UI")
+    side, before = hand.region("UI"), _arrow_strip()
     yield from hand.click(side.x + across * side.width, header(panels()[number]), **modifiers)
     # Panels slide to their places, and are pressed where they are drawn on the way.
     since, seen = time.monotonic(), None
@@ -82,6 +82,8 @@ def _click_header(number: int, across: float = 0.3, **modifiers: bool) -> Turns:
         strip = _arrow_strip()
         if seen is None or not np.array_equal(strip, seen):
             since, seen = time.monotonic(), strip
+    if np.array_equal(seen, before):
+        raise hand.Waited(f"the header of {panels()[number]} was clicked, and nothing opened or closed")
 
 
 def _down(number: float) -> float:

@@ -7,7 +7,7 @@ import bpy
 from ...render.floor import find_floor, floor_legend
 from ...render.map_legend import MapLegend
 from ...render.screen_box import Box, BoxTheme, draw_box, text_width
-from ...state import has_pending, map_is_stale, results
+from ...state import find_painted, has_pending, map_is_stale
 
 _BAR_WIDTH = 150.0
 _SWATCH = 11.0
@@ -50,6 +50,12 @@ def legend_box(legend: MapLegend, scale: float, stale: bool = False) -> Box:
     return box.done()
 
 
+def is_outdated(scene) -> bool:
+    """Whether the painted floor shows something else than it should, or nobody knows what it shows."""
+    # Results that were saved are not read for this: they are as soon as fingerprints have been taken.
+    return not has_pending(scene) and (find_painted(scene) is None or map_is_stale(scene))
+
+
 def draw_legend() -> None:
     context = bpy.context
     scene, space, region = context.scene, context.space_data, context.region
@@ -62,9 +68,7 @@ def draw_legend() -> None:
     if legend is None:
         return
     scale = context.preferences.system.ui_scale
-    # Results that were saved are not read for this.
-    stale = not has_pending(scene) and results(scene).painted is not None and map_is_stale(scene)
-    box = legend_box(legend, scale, stale)
+    box = legend_box(legend, scale, is_outdated(scene))
     edge = _FROM_EDGE * scale
     left = region.width - _covered(context.area, "UI") - box.width - edge
     low = edge + _redo_height(context.area, region, left)
