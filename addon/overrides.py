@@ -1,6 +1,7 @@
 """Settings by name and text: ``cell_size=0.1``, as the command line gives them."""
 
 import math
+from difflib import get_close_matches
 
 import bpy
 
@@ -25,7 +26,10 @@ def apply_override(settings, text: str) -> str:
     owners = [group for group in groups if wanted in _names(getattr(settings, group))]
     if not owners:
         known = [known for group in groups for known in _names(getattr(settings, group))]
-        return f"There is no setting '{name}'; there are {', '.join(known)}."
+        near = get_close_matches(wanted, known)
+        return f"There is no setting '{name}'; " + (
+            f"say {' or '.join(near)}." if near else f"there are {', '.join(known)}."
+        )
     if len(owners) > 1:
         return f"Several settings are called '{name}'; say {' or '.join(f'{owner}.{name}' for owner in owners)}."
     group = getattr(settings, owners[0])

@@ -325,6 +325,9 @@ _HANDLERS = (
 def register():
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
+    # Switched on when a file is open already; while Blender starts there is none to look at.
+    if isinstance(bpy.data, bpy.types.BlendData):
+        _after_load()
 
 
 def unregister():

@@ -201,6 +201,8 @@ def test_settings_by_name(text, group, name, value):
         ("ground=Nothing", "no object of that name"),
         ("threshold_mode=warm", "COST, LINKS, COVERAGE"),
         ("rna_type=1", "no setting 'rna_type'"),
+        ("cel_size=1", "There is no setting 'cel_size'; say cell_size"),
+        ("what=1", "There is no setting 'what'; there are ground"),
         ("house.radius=1", "no settings 'house'"),
         ("environment.height=1", "no setting 'environment.height'"),
     ],

@@ -1,8 +1,10 @@
 """Results in the .blend: there again after reopening, fresh or stale as they were, and no burden in between."""
 
+import importlib
 import json
 from pathlib import Path
 
+import addon_utils
 import bpy
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import pytest
 from bl_ext.user_default.wayfarer.addon import results_export, state, storage
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.ui.overlay import legend
+
+from .registered import EXTENSION
 
 operators = bpy.ops.wayfarer
 
@@ -177,6 +181,16 @@ def test_nothing_stays_in_the_open_scene(built, tmp_path):
         bpy.ops.wm.save_mainfile()
         sizes.append(scene_results().stored_bytes)
     assert sizes[0] == sizes[1] > 1000
+
+
+def test_whoever_switches_the_extension_on_later_finds_them(built, tmp_path, wayfarer):
+    path, before = save(tmp_path / "later.blend"), dict(scene_results().summary)
+    addon_utils.disable(EXTENSION, default_set=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert storage.PROPERTY in bpy.context.scene
+    addon_utils.enable(EXTENSION, default_set=True)
+    assert importlib.import_module(f"{EXTENSION}.addon.state").results(bpy.context.scene).summary == before
+    assert storage.PROPERTY not in bpy.context.scene
 
 
 def test_left_out_when_not_wanted(built, tmp_path):

@@ -29,7 +29,10 @@ class WAYFARER_PT_map(Step, bpy.types.Panel):
         if "palette" in heeds:
             column.prop(settings, "palette")
         if "segment" in heeds:
-            column.prop(settings, "segment", icon="ANIM_DATA")
+            # Without one, the first is shown.
+            graph = results(scene).graph
+            first = graph.segments[0].name if graph is not None and graph.segments else ""
+            column.prop(settings, "segment", icon="ANIM_DATA", placeholder=first)
         if "goal" in heeds:
             column.prop(settings, "goal")
         if "bands" in heeds:

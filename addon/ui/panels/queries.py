@@ -28,7 +28,7 @@ class WAYFARER_PT_queries(Step, bpy.types.Panel):
             return
         column = layout.column()
         column.row().prop(settings, "direction", expand=True)
-        column.prop(settings, "goal")
+        column.prop(settings, "goal", text="Goal" if settings.direction == "TO" else "Start")
         if settings.goal in _CHOICE:
             column.prop(settings, _CHOICE[settings.goal])
         if settings.goal in ("CURSOR", "OBJECT"):
