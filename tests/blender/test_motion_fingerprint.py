@@ -53,6 +53,9 @@ def drive(rig):
     """By what a driver reads and how, and by its curve."""
     rig["switch"] = 0.25
     driver = rig.pose.bones["Spine"].constraints.new("LIMIT_SCALE").driver_add("influence")
+    # Blender 4.5 begins a driver with a modifier instead.
+    for value in (0.0, 1.0):
+        driver.keyframe_points.insert(value, value)
     variable = driver.driver.variables.new()
     (target,) = variable.targets
     target.id, target.data_path, driver.driver.expression = rig, '["switch"]', variable.name
