@@ -72,7 +72,10 @@ def embedding_advice(scene) -> list[str]:
     if found.embedding is None:
         return []
     advice = []
-    if found.embedding.n_nodes == 0:
+    if found.pruning is not None:
+        if found.embedding.n_nodes == 0:
+            advice.append("Pruning has left nothing: keep more, or press Restore in Tuning")
+    elif found.embedding.n_nodes == 0:
         advice.append("The character cannot go anywhere: no endless walk fits into this scene")
     elif found.summary.get("coverage", 1.0) < _NEARLY_NOTHING:
         advice.append(

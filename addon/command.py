@@ -21,17 +21,19 @@ import numpy as np
 
 from ..core.errors import MotionGraphError
 from ..core.evaluation.variability import floor_variability_steps
-from ..core.report.scene_report import write_report
-from .advice import embedding_advice
+from ..core.report.scene_report import report_files
+from .advice import embedding_advice, start_advice
 from .command_numbers import embedding_numbers, graph_numbers, warnings
 from .command_output import Aloud, clean_output, finish_aloud, say, summary_lines
 from .command_scene import CommandError, choose_character, find_scene, open_blend
 from .engine_folder import write_engine_folder
+from .export_folder import check_folder, write_files
 from .large_ground import evaluate_in_parcels
 from .overrides import apply_override
 from .properties.walk import WalkStyle, WalkTarget
 from .scene_report import scene_report_steps
 from .state import embedding_is_stale, embedding_of, graph_is_stale, graph_of, results
+from .storage import find_saved
 from .study import add_place_options, add_study_options, program_words, run_study
 from .walks.baking import bake_motion
 from .walks.motion import motion_steps, read_motion_request
@@ -40,6 +42,8 @@ from .walks.request import read_request
 from .workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
 
 NAME = "wayfarer"
+PROCESSES = "processes"
+"""Where a ground in parcels is embedded unless told otherwise."""
 
 
 class Ended(Exception):
@@ -56,7 +60,7 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
     """How well the character gets around in the scene."""
     if options.parcels is not None:
         return _evaluate_in_parcels(options, scene)
-    if options.workers is not None:
+    if options.workers is not None or options.scheduler != PROCESSES:
         raise CommandError("Only a ground in parcels has workers; say --parcels METRES, too.")
     _embed(scene)
     embedding = embedding_of(scene)
@@ -110,7 +114,9 @@ def walk(options: argparse.Namespace, scene) -> dict:
     closed = request.style is WalkStyle.LOOP
     action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene, closed=closed))))
     path = made.root_path
+    advice = start_advice(request.start, made)
     return {
+        "advice": [advice] if advice else [],
         "walk": {
             "action": action.name,
             "seconds": made.duration,
@@ -119,7 +125,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
             "from": path[0, :2].tolist(),
             "to": path[-1, :2].tolist(),
             "frames": [scene.frame_start, scene.frame_end],
-        }
+        },
     }
 
 
@@ -128,8 +134,11 @@ def report(options: argparse.Namespace, scene) -> dict:
     _embed(scene)
     if embedding_of(scene).n_nodes == 0:
         raise CommandError(embedding_advice(scene)[0] + ".")
-    files = write_report(options.folder.resolve(), finish_aloud(scene_report_steps(scene, options.thorough)))
-    return {"report": {"folder": str(options.folder.resolve()), "files": [path.name for path in files]}}
+    folder = options.folder.resolve()
+    check_folder(folder, ["report.html"])
+    files = report_files(finish_aloud(scene_report_steps(scene, options.thorough)))
+    write_files(folder, files)
+    return {"report": {"folder": str(folder), "files": list(files)}}
 
 
 def export(options: argparse.Namespace, scene) -> dict:
@@ -202,7 +211,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_positive,
         help="embed a ground too large for one process in parcels of this side; start it again to go on",
     )
-    add_place_options(command, "processes")
+    add_place_options(command, PROCESSES)
     command = commands.add_parser("walk", parents=[common], help="let the character walk, and bake the walk")
     command.set_defaults(work=walk)
     command.add_argument("--duration", metavar="SECONDS", type=_positive, help="how long to walk at least")
@@ -266,7 +275,9 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
         except (CommandError, MotionGraphError) as error:
             sentence = str(error)
         except OSError as error:
-            sentence = f"'{error.filename}' cannot be written: {error.strerror}."
+            # A disk that is full does not say which file it was.
+            written = error.filename or getattr(options, "json", None) or "the result"
+            sentence = f"'{written}' cannot be written: {error.strerror}."
         print(f"{NAME}: {sentence}", file=sys.stderr, flush=True)
         return 1
 
@@ -274,8 +285,11 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
 def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
     Aloud.shown = not options.quiet
     started = time.perf_counter()
+    _check_places(options)
     if blend is not None:
         open_blend(blend)
+    # Without a window, no timer does it.
+    find_saved()
     scene = find_scene(options.scene)
     with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
         _prepare(options, scene)
@@ -283,7 +297,7 @@ def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
         # A ground in parcels has no embedding in Blender.
         whole = {} if "embedding" in special else embedding_numbers(scene)
         numbers = {"command": options.command, **graph_numbers(scene), **whole, **special}
-        numbers["warnings"] = warnings(scene, bool(whole))
+        numbers["warnings"] = warnings(scene, bool(whole)) + [f"{said}." for said in numbers.pop("advice", ())]
         if options.out is not None:
             numbers["saved"] = _save(options.out)
     numbers["seconds"] = round(time.perf_counter() - started, 3)
@@ -308,12 +322,21 @@ def _prepare(options: argparse.Namespace, scene) -> None:
             raise CommandError(problem)
 
 
-def _save(path: Path) -> str:
-    path = path.resolve()
+def _check_places(options: argparse.Namespace) -> None:
+    """Before the work, which may take long: CommandError if its results could not be written."""
+    if options.json not in (None, "-") and not Path(options.json).resolve().parent.is_dir():
+        raise CommandError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
+    if options.out is None or getattr(options, "parcels", None) is not None:
+        return
+    path = options.out.resolve()
     if path.suffix != ".blend":
         raise CommandError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
     if not path.parent.is_dir():
         raise CommandError(f"There is no folder '{path.parent}' to save in; make it first.")
+
+
+def _save(path: Path) -> str:
+    path = path.resolve()
     try:
         # A copy: relative paths follow, and what is open stays what it was.
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)

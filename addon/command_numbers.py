@@ -6,7 +6,7 @@ import bpy
 
 from ..core.evaluation.floor import floor_cells
 from .advice import clip_advice, embedding_advice, environment_advice
-from .state import embedding_of, graph_of, results
+from .state import embedding_of, graph_of, results, whole_of
 
 
 def graph_numbers(scene) -> dict:
@@ -33,7 +33,7 @@ def embedding_numbers(scene) -> dict:
     summary, embedding = results(scene).summary, embedding_of(scene)
     environment = embedding.environment
     cell = environment.grid.cell_size**2
-    free, covered = floor_cells(embedding), embedding.covered().any(axis=2)
+    free, covered = floor_cells(whole_of(scene)), embedding.covered().any(axis=2)
     return {
         "embedding": {
             "cells": list(environment.grid.shape[:2]),

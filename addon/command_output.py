@@ -33,6 +33,9 @@ def summary_lines(numbers: dict) -> list[str]:
             f"Walk: {time(made['seconds'])}, {amount(made['metres'])} m, {counted(made['segments'], 'segment')}, in "
             f"the action '{made['action']}', frames {made['frames'][0]} to {made['frames'][1]}"
         )
+    if "report" in numbers:
+        made = numbers["report"]
+        lines.append(f"Report written to {made['folder']}: {made['files'][0]} and {len(made['files']) - 1} files more")
     if "export" in numbers:
         made = numbers["export"]
         lines.append(f"Exported to {made['folder']}: {', '.join(made['files'])}")

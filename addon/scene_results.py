@@ -129,6 +129,12 @@ def whole_of(scene) -> Embedding:
     return _there(results(scene).whole, "Embed the motion graph first.")
 
 
+def embedded_graph(scene) -> MotionGraph | None:
+    """The motion graph that was embedded, which what is chosen must be of; before that, the one that there is."""
+    found = results(scene)
+    return found.graph if found.embedding is None else found.embedding.graph
+
+
 def walk_of(scene) -> Walk:
     """The last walk of a scene, where there is one; else MotionGraphError."""
     walk = results(scene).walk

@@ -30,6 +30,7 @@ from ..core.motion.graph_summary import summarize
 from ..core.playback.walk import Walk
 from .examination import ClipMotion
 from .pruning import pruning_from_plain, pruning_to_plain
+from .scene_changes import start_timer, stop_timer
 from .state import (
     MARK,
     OutdatedWalk,
@@ -293,6 +294,11 @@ def _after_load(*_) -> None:
             del scene[PROPERTY]
 
 
+def find_saved() -> None:
+    """Find what was saved with a file that was opened before the extension was switched on."""
+    _after_load()
+
+
 def _keep(scene, group) -> None:
     try:
         stored = {str(name): group[name] for name in group.keys()}  # noqa: SIM118  (an IDPropertyGroup is no mapping)
@@ -325,11 +331,11 @@ _HANDLERS = (
 def register():
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
-    # Switched on when a file is open already; while Blender starts there is none to look at.
-    if isinstance(bpy.data, bpy.types.BlendData):
-        _after_load()
+    # Switched on when a file is open already: as long as an extension registers, Blender hides its data.
+    start_timer(find_saved)
 
 
 def unregister():
+    stop_timer(find_saved)
     for name, handler in reversed(_HANDLERS):
         getattr(bpy.app.handlers, name).remove(handler)

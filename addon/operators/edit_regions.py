@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..properties.environment import REGION_TYPES
+
 
 class WAYFARER_OT_add_region(bpy.types.Operator):
     bl_idname = "wayfarer.add_region"
@@ -13,7 +15,7 @@ class WAYFARER_OT_add_region(bpy.types.Operator):
         environment = context.scene.wayfarer.environment
         region = environment.regions.add()
         obj = context.active_object
-        if obj is not None and obj.type == "MESH" and obj != environment.ground:
+        if obj is not None and obj.type in REGION_TYPES and obj != environment.ground:
             region.object = obj
         environment.active_region = len(environment.regions) - 1
         return {"FINISHED"}

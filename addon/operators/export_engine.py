@@ -51,4 +51,5 @@ class WAYFARER_OT_export_engine(NeedsEmbedding, bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{len(written)} files in '{folder}'")
+        self.warn_if_stale(context.scene)
         return {"FINISHED"}

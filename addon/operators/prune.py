@@ -7,7 +7,7 @@ from ..findings.pruning import pruning_finding
 from ..jobs import LongOperator
 from ..pruned_embedding import keep_pruning
 from ..pruning import prune_steps
-from ..state import whole_of
+from ..state import results, whole_of
 from ..text import amount, area, counted, share_of
 from .asks_embedding import AsksEmbedding
 
@@ -19,6 +19,11 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
         "Make the embedding smaller. Maps, walks and questions use what is left; the whole embedding is kept, and "
         "every pruning starts from it"
     )
+
+    @classmethod
+    def poll(cls, context):
+        # What was pruned to nothing can be pruned anew: from the whole.
+        return results(context.scene).pruning is not None or super().poll(context)
 
     def steps(self, context):
         return prune_steps(whole_of(context.scene), context.scene.wayfarer.tuning.to_settings())

@@ -5,7 +5,8 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ...core.report.scene_report import write_report
+from ...core.report.scene_report import report_files
+from ..export_folder import write_files
 from ..jobs import LongOperator
 from ..scene_report import scene_report_steps
 from ..text import counted
@@ -57,8 +58,10 @@ class WAYFARER_OT_write_report(AsksEmbedding, LongOperator, bpy.types.Operator):
     def apply(self, context, result):
         # A folder of its own: it is many files, with names that others may have.
         folder = Path(bpy.path.abspath(self.directory)) / f"{bpy.path.clean_name(context.scene.name)}_report"
-        files = write_report(folder, result)
+        files = report_files(result)
+        write_files(folder, files)
+        page = folder / next(iter(files))
         if self.open_page and not bpy.app.background:
-            bpy.ops.wm.url_open(url=files[0].resolve().as_uri())
-        self.report({"INFO"}, f"Wrote '{files[0]}' and {counted(len(files) - 1, 'file')} beside it")
+            bpy.ops.wm.url_open(url=page.resolve().as_uri())
+        self.report({"INFO"}, f"Wrote '{page}' and {counted(len(files) - 1, 'file')} beside it")
         self.warn_if_stale(context.scene)

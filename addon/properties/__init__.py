@@ -1,7 +1,8 @@
 """The settings of a scene, ``scene.wayfarer``: what the panels show and the operators read.
 
-Defaults are those of the core's settings; nothing is repeated here. Settings are saved with the scene, results are
-not (see :mod:`..state`).
+Defaults are those of the core's settings where it has them. Settings, findings and the report on the last walk are
+properties: saved and undone with the scene. Graphs, embeddings and walks are not (see :mod:`..state`);
+:mod:`..storage` puts them into files.
 """
 
 import bpy

@@ -46,6 +46,10 @@ _GROUND_ITEMS = enum_items(
 )
 
 
+REGION_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT"})
+"""Objects that have faces."""
+
+
 class WayfarerRegion(bpy.types.PropertyGroup):
     """A part of the ground where only some motion may be played."""
 
@@ -53,7 +57,7 @@ class WayfarerRegion(bpy.types.PropertyGroup):
         type=bpy.types.Object,
         name="Object",
         description="The region is the shadow of this object on the ground",
-        poll=lambda _, obj: obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"},
+        poll=lambda _, obj: obj.type in REGION_TYPES,
         options=set(),
     )
     rule: EnumProperty(

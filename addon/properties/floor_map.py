@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..render.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
 from ..render.palettes import Palette
 from .enums import enum_items
+from .graph_names import segment_names
 
 __all__ = ["CHANGE_LISTENERS", "CLASSES", "MapQuantity", "WayfarerMapSettings"]
 
@@ -20,15 +21,6 @@ def map_changed(settings, _) -> None:
     """Update callback of settings that the map depends on."""
     for listener in CHANGE_LISTENERS:
         listener(settings.id_data)
-
-
-def _segment_names(settings, context, typed: str) -> list[str]:
-    # Only now, because what has been computed knows the settings.
-    from ..state import results
-
-    graph = results(settings.id_data).graph
-    names = [segment.name for segment in graph.segments] if graph is not None else []
-    return [name for name in names if typed.lower() in name.lower()]
 
 
 class WayfarerMapSettings(bpy.types.PropertyGroup):
@@ -79,7 +71,7 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
     segment: StringProperty(
         name="Segment",
         description="The motion segment that is shown; without one, the first",
-        search=_segment_names,
+        search=segment_names,
         update=map_changed,
         options=set(),
     )

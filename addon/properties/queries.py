@@ -10,6 +10,7 @@ from ...core.evaluation.reach import PAPER_TIMES
 from ..query import GoalKind, Query
 from .enums import enum_items
 from .floor_map import map_changed
+from .graph_names import clip_names, matching, tag_names
 from .walk import WalkStyle
 
 _QUERY = Query()
@@ -22,34 +23,9 @@ class Direction(Enum):
     FROM = "from"
 
 
-def _graph(settings):
-    # Only now, because what has been computed knows the settings.
-    from ..state import results
-
-    found = results(settings.id_data)
-    return found.embedding.graph if found.embedding is not None else None
-
-
-def _named(names, typed: str) -> list[str]:
-    return [name for name in names if typed.lower() in name.lower()]
-
-
 def _region_names(settings, context, typed: str) -> list[str]:
     regions = settings.id_data.wayfarer.environment.regions
-    return _named([region.object.name for region in regions if region.object is not None], typed)
-
-
-def _tags(settings, context, typed: str) -> list[str]:
-    graph = _graph(settings)
-    return _named(sorted({tag for segment in graph.segments for tag in segment.tags}) if graph else [], typed)
-
-
-def _clips(settings, context, typed: str) -> list[str]:
-    graph = _graph(settings)
-    if graph is None:
-        return []
-    played = sorted({segment.clip for segment in graph.segments})
-    return _named([graph.clips[clip].name for clip in played if clip < len(graph.clips)], typed)
+    return matching([region.object.name for region in regions if region.object is not None], typed)
 
 
 class WayfarerQuerySettings(bpy.types.PropertyGroup):
@@ -99,10 +75,10 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         options=set(),
     )
     tag: StringProperty(
-        name="Tag", description="The tag that is the goal", search=_tags, update=map_changed, options=set()
+        name="Tag", description="The tag that is the goal", search=tag_names, update=map_changed, options=set()
     )
     clip: StringProperty(
-        name="Clip", description="The clip that is to begin", search=_clips, update=map_changed, options=set()
+        name="Clip", description="The clip that is to begin", search=clip_names, update=map_changed, options=set()
     )
     radius: FloatProperty(
         name="Radius",

@@ -12,6 +12,7 @@ from ...core.playback.synthesis import SynthesisSettings
 from . import crowd, walk_report
 from .crowd import WayfarerCrowdSettings
 from .enums import enum_items
+from .graph_names import clip_names, tag_names
 from .walk_report import WayfarerWalkReport
 from .walk_weighting import WEIGHTING_ITEMS, WalkWeighting
 
@@ -77,25 +78,6 @@ TO_A_TARGET = frozenset({WalkStyle.PLACE, WalkStyle.PERFORM})
 ARRIVING = frozenset({WalkStyle.PLACE, WalkStyle.WAYPOINTS, WalkStyle.CURVE, WalkStyle.PERFORM})
 WEIGHTED = frozenset({WalkStyle.RANDOM, WalkStyle.LOOP})
 FACING = frozenset({WalkStyle.PLACE, WalkStyle.WAYPOINTS})
-
-
-def _clip_names(settings, context, typed: str) -> list[str]:
-    graph = _graph(settings)
-    names = [graph.clips[c].name for c in sorted({s.clip for s in graph.segments})] if graph is not None else []
-    return [name for name in names if typed.lower() in name.lower()]
-
-
-def _tag_names(settings, context, typed: str) -> list[str]:
-    graph = _graph(settings)
-    names = sorted({tag for segment in graph.segments for tag in segment.tags}) if graph is not None else []
-    return [name for name in names if typed.lower() in name.lower()]
-
-
-def _graph(settings):
-    # Only now, because what has been computed knows the settings.
-    from ..state import results
-
-    return results(settings.id_data).graph
 
 
 class WayfarerWalkSettings(bpy.types.PropertyGroup):
@@ -240,11 +222,9 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=ActionKind.CLIP.name,
         options=set(),
     )
-    action_clip: StringProperty(
-        name="Clip", description="The clip that is performed", search=_clip_names, options=set()
-    )
+    action_clip: StringProperty(name="Clip", description="The clip that is performed", search=clip_names, options=set())
     action_tag: StringProperty(
-        name="Tag", description="The tag of the frames that are performed", search=_tag_names, options=set()
+        name="Tag", description="The tag of the frames that are performed", search=tag_names, options=set()
     )
     walk_on: BoolProperty(
         name="Wander On",

@@ -1,5 +1,7 @@
 """What a walk leaves in the scene: an action, strips or a copy of the character, a curve, markers, and its numbers."""
 
+import re
+
 import bpy
 import numpy as np
 
@@ -135,7 +137,8 @@ def _remove_earlier(character) -> None:
 def _is_kept(action, character) -> bool:
     """Whether the artist has use for an earlier walk: a fake user, another name, or users beside the character."""
     assigned = character.animation_data is not None and character.animation_data.action == action
-    return action.use_fake_user or not action.name.startswith(WALK_NAME) or action.users > int(assigned)
+    ours = re.fullmatch(rf"{WALK_NAME}(\.\d+)?", action.name)
+    return action.use_fake_user or ours is None or action.users > int(assigned)
 
 
 def _set_markers(scene, walk: Walk | None) -> None:

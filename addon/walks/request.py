@@ -20,7 +20,7 @@ from ..properties.walk import (
     WalkTarget,
 )
 from ..properties.walk_weighting import WalkWeighting
-from ..state import graph_of
+from ..state import embedding_of
 from .curve_points import curve_points
 
 Place = tuple[float, float]
@@ -132,7 +132,7 @@ def read_weighting(scene, name: str) -> Weighting:
     kind = WalkWeighting[name]
     if kind is WalkWeighting.CLIPS:
         weights = {clip.action.name: clip.weight for clip in scene.wayfarer.clips if clip.action is not None}
-        return PerClip(_weights_of(graph_of(scene), weights))
+        return PerClip(_weights_of(embedding_of(scene).graph, weights))
     return {
         WalkWeighting.LINKS: uniform,
         WalkWeighting.GOODNESS: ByGoodness(),

@@ -226,7 +226,9 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
         untreated=untreated,
         touched=touched,
         lifted=lifted,
-        largest_shift=max(float(np.linalg.norm(move[:, :2], axis=1).max()) for move in moves.values()),
+        largest_shift=max(
+            float(np.linalg.norm(moves[plant.side][plant.first : plant.last + 1, :2], axis=1).max()) for plant in held
+        ),
         largest_drop=float(drop.max()),
     )
 

@@ -156,15 +156,8 @@ def examine_scene_steps(
     return SceneReport(options.title, _lead(embedding), found)
 
 
-def write_report(folder: Path, report: SceneReport) -> list[Path]:
-    """Write report.html, report.json, a .csv for each table, a .png for each map and an .svg for each map and chart;
-    returns the files. The folder is made if there is none.
-
-    Raises
-    ------
-    EvaluationError
-        The folder cannot be written to.
-    """
+def report_files(report: SceneReport) -> dict[str, bytes]:
+    """report.html, report.json, a .csv for each table, a .png for each map and an .svg for each map and chart."""
     files: dict[str, bytes] = {
         "report.html": report.html().encode(),
         "report.json": (json.dumps({"title": report.title, **report.numbers()}, indent=2) + "\n").encode(),
@@ -176,6 +169,18 @@ def write_report(folder: Path, report: SceneReport) -> list[Path]:
             files[f"{name}.svg"] = svg(chart).encode()
         for name, chart in part.maps.items():
             files[f"{name}.png"] = png_bytes(picture_of(chart))
+    return files
+
+
+def write_report(folder: Path, report: SceneReport) -> list[Path]:
+    """Write the files of a report into a folder, which is made if there is none; returns them.
+
+    Raises
+    ------
+    EvaluationError
+        The folder cannot be written to.
+    """
+    files = report_files(report)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():

@@ -85,7 +85,7 @@ def test_report_is_written(sample_file, run, tmp_path):
     code, out, err = run("report", folder, "--json", "-", *coarse)
     assert code == 0, err
     files = json.loads(out)["report"]["files"]
-    assert {"report.html", "report.json"} <= set(files) == {path.name for path in folder.iterdir()}
+    assert {"report.html", "report.json"} <= set(files) == {path.name for path in folder.iterdir()} - {".wayfarer.json"}
     assert bpy.context.scene.wayfarer.character.name in (folder / "report.html").read_text("utf-8")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.properties.floor_map import _segment_names
+from bl_ext.user_default.wayfarer.addon.properties.graph_names import segment_names
 from bl_ext.user_default.wayfarer.addon.render.floor import LEGEND_PROPERTY, find_floor, floor_legend, put_on_floor
 from bl_ext.user_default.wayfarer.addon.render.map_colors import lightest_value, linear
 from bl_ext.user_default.wayfarer.addon.render.map_legend import MapLegend
@@ -289,8 +289,8 @@ def test_the_floor_lies_higher_where_it_is_looked_at_from_farther_away(size):
 
 def test_segments_are_offered_by_name(settings):
     graph = state.results(bpy.context.scene).graph
-    assert _segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
-    found = _segment_names(settings.map, bpy.context, "ARC")
+    assert segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
+    found = segment_names(settings.map, bpy.context, "ARC")
     assert found and all("arc" in name for name in found)
 
 

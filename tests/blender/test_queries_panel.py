@@ -159,12 +159,12 @@ def test_a_floor_that_is_being_edited_is_left_alone(settings):
 
 
 def test_choices_are_offered(stepping):
-    from bl_ext.user_default.wayfarer.addon.properties import queries
+    from bl_ext.user_default.wayfarer.addon.properties import graph_names, queries
 
     group = stepping.queries
     assert queries._region_names(group, bpy.context, "st") == ["Step"]
-    assert queries._tags(group, bpy.context, "") == ["step"]
-    clips = queries._clips(group, bpy.context, "turn_LEFT")
+    assert graph_names.tag_names(group, bpy.context, "") == ["step"]
+    clips = graph_names.clip_names(group, bpy.context, "turn_LEFT")
     graph = embedding().graph
     played = {graph.clips[segment.clip].name for segment in graph.segments}
     assert clips == [name for name in (clip.name for clip in graph.clips) if name in played and "turn_left" in name]

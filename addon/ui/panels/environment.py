@@ -18,8 +18,8 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
         if not self.is_popover:
             panel_is_drawn(context)
         layout, settings = self.layout, context.scene.wayfarer.environment
-        if settings.ground is None and settings.obstacles is None:
-            draw_sentences(context, layout, ["Choose a ground or obstacles, or add a room"], "INFO")
+        if not settings.has_ground:
+            draw_sentences(context, layout, ["Choose a ground or obstacles, or add a sample scene"], "INFO")
             layout.operator_menu_enum("wayfarer.add_sample_room", "sample", icon="HOME")
         draw_sentences(context, layout, environment_advice(context.scene))
         split_properties(layout)

@@ -5,6 +5,7 @@ import bpy
 from ...advice import stale_advice
 from ...live import status
 from ...render.floor import find_floor, floor_legend
+from ...scene_results import embedded_graph
 from ...state import find_painted, map_is_stale, results
 from ..swatches import swatch
 from ..text import draw_wrapped
@@ -30,7 +31,7 @@ class WAYFARER_PT_map(Step, bpy.types.Panel):
             column.prop(settings, "palette")
         if "segment" in heeds:
             # Without one, the first is shown.
-            graph = results(scene).graph
+            graph = embedded_graph(scene)
             first = graph.segments[0].name if graph is not None and graph.segments else ""
             column.prop(settings, "segment", icon="ANIM_DATA", placeholder=first)
         if "goal" in heeds:

@@ -99,8 +99,6 @@ class WAYFARER_PT_dropped(Sidebar, bpy.types.Panel):
         graph = results(context.scene).graph
         for dropped in graph.dropped if graph else ():
             by_reason.setdefault(dropped.reason, []).append((dropped.clip, dropped.seconds))
-        if not by_reason:
-            self.layout.label(text="Nothing was dropped", icon="CHECKMARK")
         for reason, clips in sorted(by_reason.items(), key=lambda item: -sum(seconds for _, seconds in item[1])):
             box = self.layout.box()
             draw_wrapped(context, box, reason[:1].upper() + reason[1:])

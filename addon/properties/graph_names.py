@@ -1,0 +1,29 @@
+"""Names to choose from: of the motion graph that was embedded, because that is what walks, maps and questions use."""
+
+
+def segment_names(settings, context, typed: str) -> list[str]:
+    graph = _graph(settings)
+    return matching((segment.name for segment in graph.segments) if graph is not None else (), typed)
+
+
+def clip_names(settings, context, typed: str) -> list[str]:
+    graph = _graph(settings)
+    played = sorted({segment.clip for segment in graph.segments}) if graph is not None else ()
+    return matching((graph.clips[clip].name for clip in played), typed)
+
+
+def tag_names(settings, context, typed: str) -> list[str]:
+    graph = _graph(settings)
+    return matching(sorted({tag for s in graph.segments for tag in s.tags}) if graph is not None else (), typed)
+
+
+def matching(names, typed: str) -> list[str]:
+    """Those of the names in which what was typed occurs."""
+    return [name for name in names if typed.lower() in name.lower()]
+
+
+def _graph(settings):
+    # Only now, because what has been computed knows the settings.
+    from ..scene_results import embedded_graph
+
+    return embedded_graph(settings.id_data)
