@@ -260,6 +260,8 @@ def _own_scenes():
 
 @persistent
 def _before_save(*_) -> None:
+    # What nobody has taken out of the scenes yet is not to be lost.
+    find_saved()
     for scene in _own_scenes():
         if PROPERTY in scene:
             del scene[PROPERTY]
@@ -295,15 +297,17 @@ def _after_load(*_) -> None:
 
 
 def find_saved() -> None:
-    """Find what was saved with a file that was opened before the extension was switched on."""
+    """Find what was saved with a file that was opened before the extension was switched on, or kept for then."""
     _after_load()
 
 
 def _keep(scene, group) -> None:
     try:
-        stored = {str(name): group[name] for name in group.keys()}  # noqa: SIM118  (an IDPropertyGroup is no mapping)
+        found = {str(name): group[name] for name in group.keys()}  # noqa: SIM118  (an IDPropertyGroup is no mapping)
     except (AttributeError, TypeError):
-        stored = {}
+        found = {}
+    # Nothing else is ours, and groups inside it are gone with it.
+    stored = {name: part for name, part in found.items() if isinstance(part, bytes | str | int | float)}
     uid = scene.session_uid
 
     def read(found: SceneResults) -> None:
@@ -331,11 +335,17 @@ _HANDLERS = (
 def register():
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
-    # Switched on when a file is open already: as long as an extension registers, Blender hides its data.
-    start_timer(find_saved)
+    # Switched on when a file is open already. As long as an extension registers, Blender hides its data.
+    if isinstance(bpy.data, bpy.types.BlendData):
+        find_saved()
+    else:
+        start_timer(find_saved)
 
 
 def unregister():
     stop_timer(find_saved)
+    # For whoever switches it on again, after an update for example.
+    if isinstance(bpy.data, bpy.types.BlendData):
+        _before_save()
     for name, handler in reversed(_HANDLERS):
         getattr(bpy.app.handlers, name).remove(handler)

@@ -189,10 +189,33 @@ def test_whoever_switches_the_extension_on_later_finds_them(built, tmp_path, way
     bpy.ops.wm.open_mainfile(filepath=path)
     assert storage.PROPERTY in bpy.context.scene
     addon_utils.enable(EXTENSION, default_set=True)
-    # A timer does this in a window, a command does it first; while the extension registers, Blender hides its data.
-    importlib.import_module(f"{EXTENSION}.addon.storage").find_saved()
     assert importlib.import_module(f"{EXTENSION}.addon.state").results(bpy.context.scene).summary == before
     assert storage.PROPERTY not in bpy.context.scene
+
+
+def test_switching_the_extension_off_and_on_keeps_results(built, tmp_path, wayfarer):
+    before, stale_before = dict(scene_results().summary), stale()
+    addon_utils.disable(EXTENSION, default_set=True)
+    addon_utils.enable(EXTENSION, default_set=True)
+    again = importlib.import_module(f"{EXTENSION}.addon.state")
+    found = again.results(bpy.context.scene)
+    assert found.summary == before and found.embedding.n_nodes == before["nodes"]
+    assert (again.graph_is_stale(bpy.context.scene), again.walk_is_stale(bpy.context.scene)) == (False, False)
+    assert stale_before == FRESH and storage.PROPERTY not in bpy.context.scene
+    # While it is off, files are saved and opened with what it has left there.
+    addon_utils.disable(EXTENSION, default_set=True)
+    bpy.ops.wm.open_mainfile(filepath=save(tmp_path / "off.blend"))
+    addon_utils.enable(EXTENSION, default_set=True)
+    assert importlib.import_module(f"{EXTENSION}.addon.state").results(bpy.context.scene).summary == before
+
+
+def test_what_is_no_result_is_refused(built):
+    scene = bpy.context.scene
+    scene[storage.PROPERTY] = {"header": {"a": 1}, "embedding": [1, 2], "graph": b"x"}
+    storage._after_load()
+    assert "cannot be used" in scene_results().problem
+    # Of what lay there, nothing is held that went with it.
+    assert storage.encoded_results(scene) == {"graph": b"x"}
 
 
 def test_left_out_when_not_wanted(built, tmp_path):
