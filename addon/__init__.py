@@ -5,6 +5,7 @@ Each module listed here has its own ``register`` and ``unregister``; the root pa
 
 from . import (
     command,
+    data_watch,
     environment_sight,
     environment_view,
     live,
@@ -22,6 +23,7 @@ from . import (
 _MODULES = (
     properties,
     state,
+    data_watch,
     storage,
     scene_changes,
     live,

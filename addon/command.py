@@ -26,7 +26,7 @@ from .advice import embedding_advice, start_advice
 from .command_numbers import embedding_numbers, graph_numbers, warnings
 from .command_output import Aloud, clean_output, finish_aloud, say, summary_lines
 from .command_scene import CommandError, choose_character, find_scene, open_blend
-from .engine_folder import write_engine_folder
+from .engine_folder import engine_folder_steps, write_engine_folder
 from .export_folder import check_folder, write_files
 from .large_ground import evaluate_in_parcels
 from .overrides import apply_override
@@ -144,11 +144,11 @@ def report(options: argparse.Namespace, scene) -> dict:
 def export(options: argparse.Namespace, scene) -> dict:
     """Write the embedding and the clips for engines."""
     _embed(scene)
-    say("Writing files")
-    written = write_engine_folder(
-        scene, embedding_of(scene), options.folder.resolve(), not options.no_clips, not options.no_table
-    )
-    return {"export": {"folder": str(options.folder.resolve()), "files": written}}
+    folder = options.folder.resolve()
+    steps = engine_folder_steps(scene, embedding_of(scene), folder, not options.no_clips, not options.no_table)
+    files = finish_aloud(steps)
+    write_engine_folder(folder, files)
+    return {"export": {"folder": str(folder), "files": list(files)}}
 
 
 def _build_graph(scene) -> None:
@@ -180,7 +180,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=NAME,
         description="Where can the character go in this scene, and in how many ways?",
-        epilog="Exit codes: 0 if all went well, 1 if something is wrong with the scene, 2 for a wrong command line.",
+        epilog="Exit codes: 0 if all went well, 1 if something is wrong with the scene, 2 for a wrong command line; of "
+        "a study 3 if some of its cases failed.",
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     common = argparse.ArgumentParser(add_help=False)

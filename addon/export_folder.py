@@ -17,7 +17,11 @@ def check_folder(folder: Path, names: Iterable[str]) -> None:
     known = _known(folder)
     for name in names:
         path = folder / name
-        if path.exists() and (path.is_dir() or known.get(name) != _checksum(path)):
+        try:
+            is_there = path.exists()
+        except OSError as error:
+            raise ExportError(f"'{path}' cannot be written ({error.strerror}); choose another folder.") from None
+        if is_there and (path.is_dir() or known.get(name) != _checksum(path)):
             raise ExportError(
                 f"'{folder}' holds a '{name}' that Wayfarer did not write, or that was changed since; choose another "
                 "folder, or move it away. Nothing was written."

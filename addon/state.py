@@ -1,31 +1,27 @@
 """What has been computed for each scene, and whether it still fits the scene.
 
 Results are kept in memory while Blender runs (:mod:`.scene_results`; :mod:`.storage` puts them into the file when it is
-saved). A result is *stale* when what it
-was made from has changed since: the character, settings, keys of actions, the shape or place of obstacles. That is
-decided by fingerprints of what goes into the work. Those of settings are cheap and always fresh; those of actions and
-meshes are taken anew in a window only after Blender has told of a change and things have come to rest, so that dragging
-an obstacle stays fluid and drawing a panel computes nothing.
+saved). A result is *stale* when what it was made from has changed since: the character, settings, keys of actions, the
+shape or place of obstacles. That is decided by fingerprints of what goes into the work: those of settings are always
+fresh, those of actions and shapes are looked after by :mod:`.data_watch`.
 
 What a result left in the scene, the painted floor and the baked walk, carries a mark that says which result it shows:
 whoever undoes it, or deletes it, has it no longer.
 """
 
-import time
 import uuid
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core.embedding.embedding import Embedding
-from ..core.errors import MotionGraphError
 from ..core.evaluation.why_not import LostLinks
 from ..core.motion.graph import MotionGraph
 from ..core.motion.graph_summary import summarize
 from ..core.playback.walk import Walk
 from .clip_actions import character_problem
+from .data_watch import AT_WORK, action_as_seen, data_as_seen, on_change, redraw
 from .examination import ClipHealth, ClipMotion
 from .inputs import (
     SceneShapes,
@@ -33,12 +29,9 @@ from .inputs import (
     doctor_settings_fingerprint,
     environment_settings_fingerprint,
     graph_settings_fingerprint,
-    read_shapes,
 )
-from .motion_fingerprint import action_fingerprint, actions_fingerprint
 from .render.contact_strip import ContactShares
 from .render.floor import find_floor
-from .scene_changes import LISTENERS, Listener, shape_memory
 from .scene_results import (
     REMEMBERED,
     OutdatedWalk,
@@ -99,15 +92,6 @@ __all__ = [
     "whole_of",
 ]
 
-_SETTLED = 0.25
-"""Seconds without a further change after which fingerprints are taken anew."""
-
-_SLICE = 0.02
-_TICK = 0.005
-"""Seconds of taking them, and of everything else between two slices of it."""
-
-_END = object()
-
 MARK = "wayfarer_result"
 """Custom property of the floor and of baked walks: which result they show."""
 
@@ -117,7 +101,7 @@ NEWLY_MADE = {"graph": "The motion graph was built anew", "embedding": "The moti
 def keep_pending(scene, read: Callable[[SceneResults], None]) -> None:
     """Results of a scene that ``read`` fills in when they are asked for first."""
     await_results(scene, read)
-    _on_change()
+    on_change()
 
 
 def keep_health(scene, action: str, seen: str, health: ClipHealth) -> None:
@@ -152,18 +136,18 @@ def _keep_latest(known: dict, n_actions: int) -> None:
 
 def motion_of(scene, action) -> ClipMotion | None:
     """How far the character goes in an action; None if nobody has looked since it has changed."""
-    return results(scene).motions.get(_seen(scene, action))
+    return results(scene).motions.get(action_as_seen(scene, action))
 
 
 def health_of(scene, action) -> ClipHealth | None:
     """What was found in an action; None if it was not examined, or not since it or the settings have changed."""
-    known = action.name, _seen(scene, action), doctor_settings_fingerprint(scene)
+    known = action.name, action_as_seen(scene, action), doctor_settings_fingerprint(scene)
     return results(scene).health.get(known)
 
 
 def contacts_of(scene, action) -> ContactShares | None:
     """For how long the feet are planted in an action; None as for :func:`health_of`."""
-    return results(scene).contacts.get((_seen(scene, action), contacts_fingerprint(scene)))
+    return results(scene).contacts.get((action_as_seen(scene, action), contacts_fingerprint(scene)))
 
 
 def lost_links(scene) -> LostLinks | None:
@@ -266,7 +250,7 @@ def graph_changes(scene) -> tuple[str, ...]:
     changes = []
     if actions != found.made_for[1]:
         changes.append("Other clips are ticked")
-    elif data != _present(scene, "graph"):
+    elif data != data_as_seen(scene, "graph"):
         changes.append("Keys, tags or frame ranges of clips have changed, or the rest pose has")
     if settings != graph_settings_fingerprint(scene):
         changes.append("Its settings have changed")
@@ -284,7 +268,7 @@ def embedding_changes(scene) -> tuple[str, ...]:
         changes.append(NEWLY_MADE["graph"])
     elif graph_is_stale(scene):
         changes.append("The motion graph is out of date")
-    if data != _present(scene, "embedding"):
+    if data != data_as_seen(scene, "embedding"):
         changes.append("Ground, obstacles or regions have moved or changed")
     if settings != environment_settings_fingerprint(scene):
         changes.append("Settings of the environment or the embedding have changed")
@@ -340,111 +324,13 @@ def walk_is_stale(scene) -> bool:
     return bool(walk_changes(scene))
 
 
-def _present(scene, kind: str) -> str:
-    if bpy.app.background:
-        _look(scene)
-    return results(scene).present[kind]
-
-
-def _seen(scene, action) -> str:
-    found = results(scene)
-    if bpy.app.background and action.name in found.actions:
-        found.actions[action.name] = action_fingerprint(scene, action)
-    return found.actions.get(action.name, "")
-
-
-def _look(scene) -> None:
-    """Take the fingerprints of the scene's actions and shapes."""
-    for _ in _look_steps(scene):
-        pass
-
-
-def _look_steps(scene) -> Iterator[None]:
-    """The same, an action between two yields: hundreds of them take seconds. What plays is looked at first."""
-    found = results(scene)
-    if found.embedding is not None:
-        try:
-            shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get(), shape_memory(scene)).fingerprint
-        except MotionGraphError as error:
-            # The ground is gone, or a region is: whatever the embedding was made from, it was not this.
-            shapes = str(error)
-        found.present["embedding"] = shapes
-        yield
-    character = scene.wayfarer.character
-    playing = character.animation_data.action if character and character.animation_data else None
-    actions = {clip.action for clip in scene.wayfarer.clips if clip.action and clip.action.name in found.actions}
-    if found.graph is not None:
-        actions.update(scene.wayfarer.used_actions())
-    # By their ids: between two yields anything may be removed.
-    order = [action.session_uid for action in sorted(actions, key=lambda action: action != playing)]
-    for place, uid in enumerate(order):
-        action = next((action for action in bpy.data.actions if action.session_uid == uid), None)
-        if action is not None:
-            found.actions[action.name] = action_fingerprint(scene, action)
-        if found.graph is not None and place == 0:
-            found.present["graph"] = actions_fingerprint(scene, found.actions)
-        yield
-    if found.graph is not None:
-        found.present["graph"] = actions_fingerprint(scene, found.actions)
-
-
-AT_WORK: list[Callable[[Any], bool]] = []
-"""Called with a scene: whether its results are being brought up to date at this moment, so that looking must wait."""
-
-
-_looking: tuple[int, Iterator[None]] | None = None
-"""The scene that is being looked at, by its session id, and what is left to do."""
-
-
-def _settle() -> float | None:
-    """Timer: the changes have come to an end."""
-    global _looking
-    scene = bpy.context.scene
-    if scene is None or not is_known(scene):
-        _looking = None
-        return None
-    if any(at_work(scene) for at_work in AT_WORK):
-        return _SETTLED
-    if _looking is None or _looking[0] != scene.session_uid:
-        _looking = scene.session_uid, _look_steps(scene)
-    until = time.perf_counter() + _SLICE
-    while time.perf_counter() < until:
-        if _looking is None:
-            # Evaluating the scene brought a change to light: that has set the timer anew.
-            return None
-        if next(_looking[1], _END) is _END:
-            _looking = None
-            redraw()
-            return None
-    return _TICK
-
-
-def redraw() -> None:
-    """Have all panels drawn anew."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
-
-
-def _on_change(*_) -> None:
-    global _looking
-    # Whatever was being looked at may have changed: from the start.
-    _looking = None
-    if bpy.app.background or not n_kept():
-        return
-    if bpy.app.timers.is_registered(_settle):
-        bpy.app.timers.unregister(_settle)
-    bpy.app.timers.register(_settle, first_interval=_SETTLED)
-
-
 @persistent
 def _on_exchange(*_) -> None:
     """Undo and redo: what floor and walk show now is what they are marked with."""
     for scene in bpy.data.scenes:
         if is_known(scene) and not has_pending(scene):
             _follow_marks(scene)
-    _on_change()
+    on_change()
 
 
 def _follow_marks(scene) -> None:
@@ -464,12 +350,8 @@ def _follow_marks(scene) -> None:
 
 @persistent
 def _on_load(*_) -> None:
-    global _looking
-    _looking = None
     forget_all()
 
-
-_LISTENER = Listener(changed=_on_change)
 
 _HANDLERS = (
     ("undo_post", _on_exchange),
@@ -481,13 +363,9 @@ _HANDLERS = (
 def register():
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
-    LISTENERS.append(_LISTENER)
 
 
 def unregister():
-    if bpy.app.timers.is_registered(_settle):
-        bpy.app.timers.unregister(_settle)
-    LISTENERS.remove(_LISTENER)
     for name, handler in reversed(_HANDLERS):
         getattr(bpy.app.handlers, name).remove(handler)
     forget_all()

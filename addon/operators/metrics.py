@@ -16,7 +16,7 @@ class WAYFARER_OT_measure(AsksEmbedding, FindsOut, bpy.types.Operator):
     bl_label = "Measure"
     bl_description = (
         "Coverage of the floor and of the clips, turns to the left and right, how direct the ways are, how soon each "
-        "clip can begin, and which links are used (the metrics of Reitsma and Pollard, 2007)"
+        "clip can begin, and which links are used (metrics of Reitsma and Pollard, 2007)"
     )
 
     def steps(self, context):

@@ -72,7 +72,7 @@ def many_actions(n_actions: int) -> dict:
     """The sample's clips, each many times, a little differently performed: listed, examined, made a graph of."""
     import bpy
 
-    from bl_ext.user_default.wayfarer.addon import state, workflow
+    from bl_ext.user_default.wayfarer.addon import data_watch, state, workflow
     from bl_ext.user_default.wayfarer.addon.operators.examine_clips import WAYFARER_OT_examine_clips
     from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 
@@ -95,7 +95,7 @@ def many_actions(n_actions: int) -> dict:
     watch.record["segments"] = len(state.results(scene).graph.segments)
     watch.record["links"] = len(state.results(scene).graph.links)
     # What the timer does once changes have come to an end.
-    watch.run("look", state._look_steps(scene))
+    watch.run("look", data_watch._look_steps(scene))
     return watch.record
 
 

@@ -67,6 +67,17 @@ def test_evaluate_tells_the_embeddings_numbers(sample_settings, run):
     assert f"{embedding.n_nodes:,} nodes" in out and "Reading" not in err
 
 
+def test_shares_of_a_pruned_embedding_are_of_the_whole_floor(sample_settings, run):
+    assert run("evaluate", "--quiet")[0] == 0
+    sample_settings.tuning.k = 5
+    assert bpy.ops.wayfarer.prune() == {"FINISHED"}
+    code, out, _ = run("evaluate", "--json", "-")
+    coverage = json.loads(out)["coverage"]
+    assert code == 0 and coverage["share"] == pytest.approx(
+        coverage["square_metres"] / coverage["free_square_metres"], rel=1e-3
+    )
+
+
 def test_settings_are_overridden(sample_settings, run, tmp_path):
     target = tmp_path / "numbers.json"
     code, out, err = run("evaluate", "--set", "cell_size=0.5", "--set", "n_headings=8", "--json", target)
@@ -87,6 +98,13 @@ def test_report_is_written(sample_file, run, tmp_path):
     files = json.loads(out)["report"]["files"]
     assert {"report.html", "report.json"} <= set(files) == {path.name for path in folder.iterdir()} - {".wayfarer.json"}
     assert bpy.context.scene.wayfarer.character.name in (folder / "report.html").read_text("utf-8")
+    # Its own files are replaced, and no others.
+    code, out, err = run("report", folder)
+    assert code == 0 and f"Report written to {folder}" in out
+    (folder / "report.html").write_text("mine")
+    code, out, err = run("report", folder)
+    assert code == 1 and "a 'report.html' that Wayfarer did not write" in err
+    assert (folder / "report.html").read_text() == "mine"
 
 
 def test_walk_is_baked_and_saved_only_where_told(sample_file, run, tmp_path):
@@ -119,6 +137,8 @@ def test_walk_is_baked_and_saved_only_where_told(sample_file, run, tmp_path):
     code, out, err = run("walk", "--from", -2, -2, "--to", 2, 3, "--json", "-")
     assert code == 0 and "Choosing cuts" not in err
     assert np.hypot(*np.subtract(json.loads(out)["walk"]["to"], (2, 3))) < 0.5
+    code, out, err = run("walk", "--from", 50, 50)
+    assert code == 0 and "from the place that was asked for, the nearest that can be reached" in err
 
 
 @pytest.mark.parametrize(
@@ -160,6 +180,8 @@ def test_what_is_wrong_with_the_scene_is_one_sentence(run, sample_file, tmp_path
     assert "no setting 'size'" in complaint("--set", "size=3")
     assert "--out a name that ends in .blend" in complaint("--set", "cell_size=1", "--out", tmp_path / "walk.txt")
     assert "no folder" in complaint("--out", tmp_path / "absent" / "walk.blend")
+    assert "no such folder" in complaint("--json", tmp_path / "absent" / "numbers.json")
+    assert "Only a ground in parcels has workers" in complaint("--scheduler", "tcp://nowhere:8786")
     assert "'/proc/none/x.json' cannot be written" in complaint("--json", "/proc/none/x.json")
     settings.graph.max_cost = 0.001
     assert "Raise Max Cost" in complaint()

@@ -28,6 +28,10 @@ def keep_by_name(action, character):
     action.name = "Keep"
 
 
+def keep_by_longer_name(action, character):
+    action.name += " to the door"
+
+
 def keep_by_fake_user(action, character):
     action.use_fake_user = True
 
@@ -42,7 +46,7 @@ def test_a_walk_replaces_the_one_before(walked):
     assert walked.animation_data.action in walks()
 
 
-@pytest.mark.parametrize("keep", [keep_by_name, keep_by_fake_user, keep_by_strip])
+@pytest.mark.parametrize("keep", [keep_by_name, keep_by_longer_name, keep_by_fake_user, keep_by_strip])
 def test_a_walk_that_is_kept_survives(walked, keep):
     kept = walked.animation_data.action
     keep(kept, walked)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.properties.graph_names import segment_names
+from bl_ext.user_default.wayfarer.addon.properties.graph_names import clip_names, segment_names
 from bl_ext.user_default.wayfarer.addon.render.floor import LEGEND_PROPERTY, find_floor, floor_legend, put_on_floor
 from bl_ext.user_default.wayfarer.addon.render.map_colors import lightest_value, linear
 from bl_ext.user_default.wayfarer.addon.render.map_legend import MapLegend
@@ -292,6 +292,14 @@ def test_segments_are_offered_by_name(settings):
     assert segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
     found = segment_names(settings.map, bpy.context, "ARC")
     assert found and all("arc" in name for name in found)
+    # Maps, walks and questions are of what was embedded, whatever was built since.
+    settings.graph.mirror_clips = True
+    assert operators.build_motion_graph() == {"FINISHED"}
+    assert state.results(bpy.context.scene).graph is not graph
+    assert segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
+    assert any("mirror" in clip.name for clip in state.results(bpy.context.scene).graph.clips)
+    clips = clip_names(settings.walk, bpy.context, "")
+    assert clips and not any("mirror" in name for name in clips)
 
 
 # --------------------------------------------------------------------------------------------- palettes

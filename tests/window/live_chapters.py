@@ -196,7 +196,7 @@ def _median(times) -> float:
 
 def _at_rest(live) -> hand.Turns:
     """Until nothing is drawn or worked at any more."""
-    settle = part("state")._settle
+    settle = part("data_watch")._settle
     yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest", 120)
     for _ in range(15):
         yield

@@ -170,7 +170,7 @@ def save_and_reopen(note) -> hand.Turns:
     hand.count_redraws()
     yield from hand.redrawn()
     # Blender tells of changes after opening; what comes of that is seen when things have come to rest.
-    settle = part("state")._settle
+    settle = part("data_watch")._settle
     yield from hand.until(lambda: not bpy.app.timers.is_registered(settle), "fingerprints of the opened scene")
     yield from hand.redrawn()
     note("same", numbers() == before and colors() == painted)
