@@ -5,8 +5,10 @@ Nothing here stops anybody: what cannot be done at all is an error of the core.
 
 from .bridge.tags import tag_names
 from .clip_actions import character_problem
+from .inputs import obstacle_objects
+from .properties.environment import REGION_TYPES
 from .state import embedding_changes, results
-from .text import length, rough, share
+from .text import length, number, rough, share
 
 _SMALLEST = 0.4
 _LARGEST = 20.0
@@ -82,13 +84,47 @@ def embedding_advice(scene) -> list[str]:
             f"Only {share(found.summary['coverage'])} of the free floor is covered; see the map Why Not, or add clips "
             "that turn, start and stop"
         )
-    advice += _height_advice(scene.wayfarer.character, found.ground_height)
+    uneven = _uneven_advice(found)
+    advice += uneven or _height_advice(scene.wayfarer.character, found.ground_height)
+    advice += _hidden_advice(scene)
     outside = found.summary.get("outside", [])
     if outside:
         names = ", ".join(f"'{name}'" for name in outside[:_NAMED])
         more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
         advice.append(f"Obstacles outside the ground make no difference: {names}{more}")
     return advice
+
+
+def _uneven_advice(found) -> list[str]:
+    """About a ground that was not flat when it was embedded."""
+    name, low, high = found.summary.get("uneven") or ("", 0.0, 0.0)
+    # Live evaluation may have seen the ground elsewhere since.
+    if not name or high != found.ground_height:
+        return []
+    return [
+        f"The ground '{name}' is not flat ({length(low)} to {length(high)}), and walks are planned on its highest "
+        "point; choose a flat ground"
+    ]
+
+
+def _hidden_advice(scene) -> list[str]:
+    """About obstacles of which none can be seen: none counts."""
+    solid = []
+    for obj in obstacle_objects(scene):
+        if obj.type in REGION_TYPES or obj.instance_type != "NONE":
+            # Panels ask at each redraw, and the first of many objects is mostly seen.
+            if obj.visible_get():
+                return []
+            solid.append(obj)
+    if not solid:
+        return []
+    name = scene.wayfarer.environment.obstacles.name
+    none = f"None of the {number(len(solid))} objects" if len(solid) > 1 else "The only object"
+    visible = "is visible" if len(solid) > 1 else "is not visible"
+    return [
+        f"{none} of '{name}' {visible} in this view layer, so that nothing stands in the way; show "
+        f"{'them' if len(solid) > 1 else 'it'}, or choose another collection"
+    ]
 
 
 def _height_advice(character, ground_height: float) -> list[str]:

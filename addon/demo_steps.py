@@ -158,7 +158,7 @@ def draw_walk_view(path, shown: MapScene) -> None:
     own = None
     if not bodies:
         own = add_body(scene.wayfarer.character)
-        bodies = [own]
+        bodies = [own] if own is not None else []
     rate = scene.render.fps / scene.render.fps_base / walk.embedding.graph.frame_rate
     moments = choose_moments(walk.root_path, _special_frames(walk))
     try:

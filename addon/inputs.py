@@ -1,6 +1,6 @@
 """What a scene gives to the core: clips, shapes and settings as arrays and values, and their fingerprints."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from ..core.motion.graph_settings import MotionGraphSettings
 from ..core.motion.heading import with_steady_heading
 from ..core.motion.mirror import mirrored
 from ..core.progress import Progress, finish
+from .bridge.duplicates import is_deformed_by
 from .bridge.read_actions import read_clip
 from .bridge.read_scene import ShapeMemory, read_pieces, read_triangles
 from .bridge.skeleton import bind_rig
@@ -28,7 +29,8 @@ from .properties.environment import GroundSource
 from .render.walk_curve import find_walk_curve
 from .render.walk_fan import walk_fan
 from .scene_changes import belongs_to
-from .scene_collections import OUTPUT, find_collection
+from .scene_collections import OUTPUT, find_collection, is_called
+from .walks.copies import COPY_PROPERTY
 
 # ------------------------------------------------------------------------------------------------ motion
 
@@ -135,6 +137,10 @@ def contacts_fingerprint(scene) -> str:
 # ----------------------------------------------------------------------------------------------- ground
 
 
+_NARROW = 0.001
+"""Metres that a ground must extend: a wall that is to be upright is not quite."""
+
+
 @dataclass(frozen=True)
 class SceneShapes:
     """What stands in a scene.
@@ -177,18 +183,9 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
     region are part of the character.
     """
     settings = scene.wayfarer.environment
-    others = {
-        *_made_by_us(scene),
-        settings.ground,
-        scene.wayfarer.character,
-        *(region.object for region in settings.regions),
-    }
-    solid = [
-        obj
-        for obj in (settings.obstacles.all_objects if settings.obstacles else ())
-        if obj not in others and obj.parent not in others - {None}
-    ]
-    pieces = read_pieces(solid, depsgraph, memory)
+    # Blender goes on evaluating what is in a collection that is hidden by its eye.
+    shown = [obj for obj in obstacle_objects(scene) if obj.visible_get(view_layer=depsgraph.view_layer)]
+    pieces = read_pieces(shown, depsgraph, memory)
     if settings.source is GroundSource.OBJECT:
         _check_stays(scene, "ground", settings.ground)
     low, high, height = _ground(settings, pieces, depsgraph)
@@ -203,6 +200,38 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
                 )
             regions.append(triangles)
     return SceneShapes(pieces, low, high, height, tuple(regions))
+
+
+def obstacle_objects(scene) -> Iterator:
+    """What may stand in the way: the objects of the obstacles' collection, hidden ones too, without the ground, the
+    regions, what Wayfarer draws, and all that goes along with the character, a copy of it or a walk.
+
+    What is a child of the ground, of the painted floor or of a region stands there like everything else.
+    """
+    settings = scene.wayfarer.environment
+    if settings.obstacles is None:
+        return
+    ours, character = _made_by_us(scene), scene.wayfarer.character
+    others = {*ours, settings.ground, *(region.object for region in settings.regions)}
+    # Curves of walks may carry what follows them; the floor stays where it is.
+    carriers = {character, *(obj for obj in ours if obj.type == "CURVE")}
+    solid = (obj for obj in settings.obstacles.all_objects if obj not in others)
+    yield from (obj for obj in solid if not _goes_along(obj, carriers, character))
+
+
+def _goes_along(obj, carriers: set, character) -> bool:
+    """Whether an object hangs below a carrier or a copy of the character, at whatever depth, or is deformed by it."""
+    while obj is not None:
+        if obj in carriers or _is_copy(obj) or (character is not None and is_deformed_by(obj, character)):
+            return True
+        obj = obj.parent
+    return False
+
+
+def _is_copy(obj) -> bool:
+    """Whether this is of a copy of the character; what was moved elsewhere is the artist's."""
+    name = obj.get(COPY_PROPERTY)
+    return isinstance(name, str) and any(is_called(collection, name) for collection in obj.users_collection)
 
 
 def _made_by_us(scene) -> set:
@@ -233,6 +262,10 @@ def _ground(settings, pieces: Sequence[Piece], depsgraph) -> tuple[tuple[float, 
     if settings.source is GroundSource.OBJECT and settings.ground is not None:
         corners = _world_bounds(settings.ground, depsgraph)
         height = corners[:, 2].max()
+        if np.any(np.ptp(corners[:, :2], axis=0) < _NARROW):
+            raise SceneError(
+                f"The ground '{settings.ground.name}' has no faces to walk on; choose a mesh that lies flat."
+            )
     elif pieces:
         corners = np.concatenate([piece.bounds for piece in pieces])
         height = corners[:, 2].min()

@@ -20,6 +20,9 @@ _SLICE = 0.03
 _TICK = 0.005
 """Seconds between two timer events."""
 
+_FAILURES = (MotionGraphError, MemoryError)
+"""What is told in a sentence; everything else is a bug."""
+
 
 def clock(seconds: float) -> str:
     """Elapsed time in whole seconds: "7 s", "2:05", "1:00:00"."""
@@ -49,8 +52,8 @@ class LongOperator:
     def execute(self, context):
         try:
             self.apply(context, finish(self.steps(context)))
-        except MotionGraphError as error:
-            self.report({"ERROR"}, str(error))
+        except _FAILURES as error:
+            self.report({"ERROR"}, self._sentence(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -82,9 +85,9 @@ class LongOperator:
             # Before the scene changes, because that can open windows and send events of its own.
             self._stop(context)
             self.apply(context, result[0])
-        except MotionGraphError as error:
+        except _FAILURES as error:
             self._stop(context)
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, self._sentence(error))
             return {"CANCELLED"}
         except BaseException:
             # Not handled here, but the timer and the status text must not outlive the operator.
@@ -95,6 +98,14 @@ class LongOperator:
     def cancel(self, context):
         """Called by Blender when it ends the operator itself, for example on opening another file."""
         self._stop(context)
+
+    def _sentence(self, error: Exception) -> str:
+        if isinstance(error, MemoryError):
+            return (
+                f"{self.bl_label} needs more memory than there is. Use fewer or shorter clips, a smaller ground or a "
+                "larger Cell Size, or close other programs."
+            )
+        return str(error)
 
     def _work(self, context) -> tuple[Any] | None:
         """One slice of the work: (result,) at its end, otherwise None."""

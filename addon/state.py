@@ -251,7 +251,7 @@ def graph_changes(scene) -> tuple[str, ...]:
     if actions != found.made_for[1]:
         changes.append("Other clips are ticked")
     elif data != data_as_seen(scene, "graph"):
-        changes.append("Keys, tags or frame ranges of clips have changed, or the rest pose has")
+        changes.append("Keys, tags or frame ranges of clips have changed, or the rest pose or what moves the rig has")
     if settings != graph_settings_fingerprint(scene):
         changes.append("Its settings have changed")
     return tuple(changes)

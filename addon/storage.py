@@ -233,6 +233,7 @@ def _summary(plain: Mapping, header: Mapping, found: SceneResults) -> dict:
     kinds = [kind for kind in _SUMMARY if getattr(found, kind) is not None or {kind, f"outdated_{kind}"} & set(header)]
     _numbers({name: plain[name] for kind in kinds for name in _SUMMARY[kind]})
     require(all(isinstance(name, str) for name in plain.get("outside", [])))
+    require([*map(type, plain.get("uneven", []))] in ([], [str, float, float]))
     return dict(plain)
 
 

@@ -16,6 +16,7 @@ from ..core.evaluation.variability import coverage_share
 from ..core.motion.graph import MotionGraph, build_motion_graph_steps
 from ..core.progress import Progress, portion
 from .examination import ClipMotion, clip_motions
+from .ground_relief import uneven_ground
 from .inputs import (
     SceneShapes,
     graph_settings,
@@ -74,19 +75,21 @@ def keep_built(scene, built: BuiltGraph) -> None:
 
 @dataclass(frozen=True)
 class Embedded:
-    """An embedding, the shapes that it was made in, and the share of the free floor that it covers."""
+    """An embedding, the shapes that it was made in, the share of the free floor that it covers, the names of obstacles
+    that make no difference, and of a ground that is not flat its name, lowest and highest z (m)."""
 
     embedding: Embedding
     shapes: SceneShapes
     share: float
     outside: tuple[str, ...]
+    uneven: tuple[str, float, float] | None
 
 
 def embed_scene_steps(scene, depsgraph) -> Generator[Progress, None, Embedded]:
     """Embed the scene's motion graph; raises SceneError or EmbeddingError if that cannot be done."""
     shapes = read_shapes(scene, depsgraph)
     environment = make_environment(scene, shapes)
-    outside = _outside(scene, shapes)
+    outside, uneven = _outside(scene, shapes), uneven_ground(scene, shapes.ground_height, depsgraph)
     settings = scene.wayfarer.embedding.to_core()
     yield Progress(0.0, "Reading the scene")
     # What did not move since the last time need not be computed again.
@@ -95,7 +98,7 @@ def embed_scene_steps(scene, depsgraph) -> Generator[Progress, None, Embedded]:
     # Counted here, because counting takes about as long as embedding.
     yield Progress(0.9, "Counting links")
     share, _ = coverage_share(embedding), embedding.n_links
-    return Embedded(embedding, shapes, share, outside)
+    return Embedded(embedding, shapes, share, outside, uneven)
 
 
 def keep_embedded(scene, embedded: Embedded) -> None:
@@ -107,6 +110,7 @@ def keep_embedded(scene, embedded: Embedded) -> None:
         links=embedding.n_links,
         coverage=embedded.share,
         outside=list(embedded.outside),
+        uneven=list(embedded.uneven or ()),
     )
 
 

@@ -9,6 +9,7 @@ from ...core.errors import ClipError
 from .rotation_modes import REST_CHANNELS
 
 _CONSTANT, _LINEAR = 0, 1  # values of Keyframe.interpolation in foreach_get
+_LAST_FRAME = 1_048_574  # the highest that Blender can show
 
 
 @dataclass(frozen=True)
@@ -25,14 +26,23 @@ class ActionCurves:
     placement: dict = field(default_factory=dict)
 
     def frames(self) -> np.ndarray:
-        """(F,) frame numbers, one apart, of the action's manual range, or else from its first to its last key."""
+        """(F,) frame numbers, one apart, of the action's manual range, or else from its first to its last key.
+
+        Raises ClipError if those are fewer than two, or if the first or the last is none that Blender can show.
+        """
         if self.action.use_frame_range:
-            first, last = self.action.frame_start, self.action.frame_end
+            ends = [(self.action.frame_start, self.action.frame_end)]
         else:
             curves = (*self.bones.values(), *self.placement.values())
             # A curve may consist of modifiers alone.
             keyed = [curve.range() for curve in curves if len(curve.keyframe_points) or len(curve.sampled_points)]
-            first, last = (min(start for start, _ in keyed), max(end for _, end in keyed)) if keyed else (0, 0)
+            ends = keyed or [(0.0, 0.0)]
+        if not (np.abs(ends) <= _LAST_FRAME).all():
+            raise ClipError(
+                f"Action '{self.action.name}' begins or ends at a frame that is not a number, or that Blender cannot "
+                "show; repair or delete its first and last keys, or correct its manual frame range."
+            )
+        first, last = min(start for start, _ in ends), max(end for _, end in ends)
         if last - first < 1:
             raise ClipError(
                 f"Action '{self.action.name}' is shorter than two frames; a motion needs at least two. "

@@ -27,17 +27,19 @@ _LIMB_RADII = {
 }
 
 
-def add_body(armature_object) -> bpy.types.Object:
+def add_body(armature_object) -> bpy.types.Object | None:
     """A mesh object that makes an armature visible, moved by it through vertex groups named after the bones.
 
     Where the bones' names tell a humanoid, it is a mannequin: lofted trunk, tapered limbs, an egg for a
     head, flat hands and feet, in proportion to the length of the legs. Other bones become tapered rods, as
-    long as they deform. Bones too short to be seen are left out. The object is parented to the armature, and
-    linked to the same collections.
+    long as they deform. Bones too short to be seen are left out; if that leaves none, as in a chain of very many, there
+    is no body: None. The object is parented to the armature, and linked to the same collections.
 
     Raises ClipError for the reasons of :func:`bind_rig`.
     """
     parts = _Mannequin(armature_object).parts()
+    if not parts:
+        return None
     vertices, faces, materials, weights = joined(parts)
     mesh = bpy.data.meshes.new(f"{armature_object.name} Body")
     mesh.from_pydata(vertices, [], faces)

@@ -1,11 +1,17 @@
 """What a BVH file tells before it is imported: whether it is sound, its rate, and how long its unit may be."""
 
+import codecs
+import contextlib
 import re
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from ...core import wording
 from ...core.errors import ClipError
+from ...core.motion.clip import FASTEST_RATE, SLOWEST_RATE
 
 CMU_UNIT = 0.056444
 """Metres per unit in the files of the CMU motion capture database (inches / 0.45)."""
@@ -32,7 +38,8 @@ def check_bvh(path) -> float:
     """The frame rate of a BVH file, in frames per second, once it is found to be sound.
 
     Raises ClipError, naming the file and what is wrong with it, if it cannot be read, is no BVH file, says no
-    frame time, holds fewer than two frames, or values that are no numbers or do not fill its frames.
+    frame time or one that no motion clip can have, holds fewer than two frames, or values that are no numbers or
+    do not fill its frames.
     """
     name = Path(path).name
     hierarchy, motion = _halves(path)
@@ -46,6 +53,13 @@ def check_bvh(path) -> float:
         frame_time = 0.0
     if header is None or not 0 < frame_time < np.inf:
         raise ClipError(f"'{name}' does not say how long its frames last; repair its line 'Frame Time:'.")
+    # Files state the time with few digits: 0.0083333 s is 120 frames per second.
+    frame_rate = round(1 / frame_time, 2)
+    if not SLOWEST_RATE <= frame_rate <= FASTEST_RATE:
+        raise ClipError(
+            f"The frames in '{name}' last {header.group(1)} seconds each; correct its line 'Frame Time:' to between "
+            f"{wording.exact(1 / FASTEST_RATE)} and {wording.exact(1 / SLOWEST_RATE)} seconds."
+        )
     try:
         values = np.array(motion[header.end() :].split(), dtype=float)
     except ValueError as error:
@@ -60,8 +74,24 @@ def check_bvh(path) -> float:
         )
     if len(values) < 2 * channels:
         raise ClipError(f"'{name}' holds {len(values) // channels} frames; a motion needs at least two.")
-    # Files state the time with few digits: 0.0083333 s is 120 frames per second.
-    return round(1 / frame_time, 2)
+    return frame_rate
+
+
+@contextlib.contextmanager
+def without_mark(path) -> Iterator[Path]:
+    """The file itself; or, if it begins with the byte order mark of UTF-8, a copy without it while the block lasts.
+
+    Some programs write the mark, and Blender's importer takes it for a part of the first word.
+    """
+    path = Path(path)
+    content = path.read_bytes()
+    if not content.startswith(codecs.BOM_UTF8):
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="wayfarer-") as folder:
+        copy = Path(folder) / path.name
+        copy.write_bytes(content.removeprefix(codecs.BOM_UTF8))
+        yield copy
 
 
 def _rest_height(path) -> float:
@@ -108,7 +138,7 @@ def _rest_positions(hierarchy: str):
 def _halves(path) -> tuple[str, str]:
     """The text before and after the word MOTION."""
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ClipError(f"'{path}' cannot be read: {error.strerror}.") from None
     parts = re.split(r"^\s*MOTION\b", text, maxsplit=1, flags=re.MULTILINE | re.IGNORECASE)

@@ -15,7 +15,7 @@ def duplicate_character(armature_object, collection) -> bpy.types.Object:
     action and no NLA tracks.
     """
     family = [armature_object, *armature_object.children_recursive]
-    family += [obj for obj in bpy.data.objects if obj not in family and _is_deformed_by(obj, armature_object)]
+    family += [obj for obj in bpy.data.objects if obj not in family and is_deformed_by(obj, armature_object)]
     copies = {}
     for original in family:
         copies[original] = original.copy()
@@ -46,7 +46,8 @@ def silence(animation) -> None:
             animation.nla_tracks.remove(track)
 
 
-def _is_deformed_by(obj, armature_object) -> bool:
+def is_deformed_by(obj, armature_object) -> bool:
+    """Whether an armature object deforms this one, which need not be its child."""
     return any(modifier.type == "ARMATURE" and modifier.object == armature_object for modifier in obj.modifiers)
 
 

@@ -148,7 +148,11 @@ def _other_values(armature_object, action, slot) -> list[tuple[str, str, int, ob
                     value = armature_object.path_resolve(curve.data_path)
                 except ValueError:  # a curve of something that is no longer there
                     continue
+                if isinstance(value, bpy.types.bpy_struct | bpy.types.bpy_prop_collection):  # a bone, say: no value
+                    continue
                 is_array = hasattr(value, "__len__") and not isinstance(value, str)
+                if is_array and curve.array_index >= len(value):  # nor is this: an array that was made shorter
+                    continue
                 index = curve.array_index if is_array else -1
                 key = match["name"] or f'["{match["custom"]}"]'
                 values.append((match["owner"], key, index, value[index] if is_array else value))

@@ -3,6 +3,7 @@
 import contextlib
 import io
 from collections.abc import Generator
+from dataclasses import dataclass
 from pathlib import Path
 
 import addon_utils
@@ -10,11 +11,24 @@ import bpy
 
 from ...core.errors import ClipError
 from ...core.progress import Progress, finish
-from .bvh_file import check_bvh, guess_bvh_scale
+from .bvh_file import check_bvh, guess_bvh_scale, without_mark
 from .read_actions import FRAME_RATE_PROPERTY, read_clip
 
 _IMPORTER = "io_anim_bvh"
-_COLLECTIONS = ("objects", "armatures", "actions")
+_COLLECTIONS = ("objects", "armatures", "meshes", "materials", "collections", "actions")
+
+
+@dataclass(frozen=True)
+class Before:
+    """What the file held before an import, by session ids: no reference to Blender's data is kept meanwhile.
+
+    ``blocks`` are those of each collection of data that an import adds to, ``active`` is the active object (0 for
+    none), ``selected`` are the selected objects.
+    """
+
+    blocks: dict[str, frozenset[int]]
+    active: int
+    selected: frozenset[int]
 
 
 def import_bvh_folder(folder, scale: float | None = None) -> tuple:
@@ -54,8 +68,7 @@ def import_bvh_files_steps(paths, scale: float | None = None) -> Generator[Progr
     active = bpy.context.view_layer.objects.active
     if active is not None and active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    before = {name: {block.session_uid for block in getattr(bpy.data, name)} for name in _COLLECTIONS}
-    chosen = _selection()
+    before = what_is_there()
     complete = False
     try:
         # By session id: no reference to Blender's data is held while other things happen.
@@ -93,29 +106,26 @@ def import_bvh_files_steps(paths, scale: float | None = None) -> Generator[Progr
         return armature_object, actions, problems
     finally:
         if not complete:
-            _restore(before)
-            _select(*chosen)
+            restore(before)
 
 
-def _selection() -> tuple[int, set[int]]:
-    """Session ids of the active object, 0 if there is none, and of those that are selected."""
-    layer = bpy.context.view_layer
-    active = layer.objects.active.session_uid if layer.objects.active else 0
-    return active, {obj.session_uid for obj in layer.objects.selected}
+def what_is_there() -> Before:
+    """What :func:`restore` goes back to."""
+    objects = bpy.context.view_layer.objects
+    return Before(
+        blocks={name: frozenset(block.session_uid for block in getattr(bpy.data, name)) for name in _COLLECTIONS},
+        active=objects.active.session_uid if objects.active else 0,
+        selected=frozenset(obj.session_uid for obj in objects.selected),
+    )
 
 
-def _select(active: int, selected: set[int]) -> None:
-    layer = bpy.context.view_layer
-    for obj in layer.objects:
-        obj.select_set(obj.session_uid in selected)
-    layer.objects.active = next((obj for obj in layer.objects if obj.session_uid == active), None)
-
-
-def remove_imported(armature_uid: int, action_uids) -> None:
-    """Delete what :func:`import_bvh_files` made, given by session ids."""
-    _remove(_known("objects", armature_uid), None)
-    for uid in action_uids:
-        bpy.data.actions.remove(_known("actions", uid))
+def restore(before: Before) -> None:
+    """Delete everything that has come since, and select what was selected."""
+    _delete_later_than(before)
+    objects = bpy.context.view_layer.objects
+    for obj in objects:
+        obj.select_set(obj.session_uid in before.selected)
+    objects.active = next((obj for obj in objects if obj.session_uid == before.active), None)
 
 
 def _known(collection: str, uid: int):
@@ -125,12 +135,13 @@ def _known(collection: str, uid: int):
 def _import_file(path: Path, scale: float):
     """The armature object and the action of one file; ClipError, and nothing left behind, if it is damaged."""
     frame_rate = check_bvh(path)
-    before = {name: {block.session_uid for block in getattr(bpy.data, name)} for name in _COLLECTIONS}
+    before = what_is_there()
     try:
         # The importer tells its progress on stdout, Blender the importer's errors on stderr.
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        silence = contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO())
+        with without_mark(path) as readable, silence[0], silence[1]:
             bpy.ops.import_anim.bvh(
-                filepath=str(path),
+                filepath=str(readable),
                 axis_forward="-Z",
                 axis_up="Y",
                 global_scale=scale,
@@ -141,19 +152,19 @@ def _import_file(path: Path, scale: float):
                 update_scene_duration=False,
             )
         imported = bpy.context.view_layer.objects.active
-        if imported is None or imported.session_uid in before["objects"]:
+        if imported is None or imported.session_uid in before.blocks["objects"]:
             raise ClipError(f"'{path.name}' holds no skeleton; it is not a BVH file or is damaged.")
         action = imported.animation_data.action
         imported.name = imported.data.name = action.name = path.stem
+        action[FRAME_RATE_PROPERTY] = frame_rate
         read_clip(imported, action)  # so that what cannot be read is found now
     except ClipError:
-        _restore(before)
+        _delete_later_than(before)
         raise
     except RuntimeError as error:  # whatever the importer stumbled over
-        _restore(before)
+        _delete_later_than(before)
         raise ClipError(f"'{path.name}' is damaged, Blender's importer reports: {_reason(error)}.") from None
     action.use_fake_user = True
-    action[FRAME_RATE_PROPERTY] = frame_rate
     return imported, action
 
 
@@ -185,12 +196,11 @@ def _remove(armature_object, action) -> None:
         bpy.data.actions.remove(action)
 
 
-def _restore(before) -> None:
-    """Delete everything that has come since."""
+def _delete_later_than(before: Before) -> None:
     active = bpy.context.view_layer.objects.active
     if active is not None and active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     for name in _COLLECTIONS:
         collection = getattr(bpy.data, name)
-        for datablock in [datablock for datablock in collection if datablock.session_uid not in before[name]]:
+        for datablock in [datablock for datablock in collection if datablock.session_uid not in before.blocks[name]]:
             collection.remove(datablock)

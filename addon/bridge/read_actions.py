@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
+from ...core import wording
 from ...core.errors import ClipError
 from ...core.motion.clip import MotionClip
 from ...core.motion.kinematics import as_quaternions, as_rotation
@@ -16,6 +17,9 @@ from .tags import read_tags
 
 FRAME_RATE_PROPERTY = "wayfarer_frame_rate"
 """Custom property of an action: its own frames per second, where they are not the scene's."""
+
+MOST_FRAMES = 120_000
+"""Of one clip, an hour of it at 33 frames per second: where there are more, a key was set far away by mistake."""
 
 
 def read_clip(
@@ -33,12 +37,18 @@ def read_clip(
     ``wayfarer_frame_rate``, else the scene's rate. Tags are those of :mod:`.tags`.
     ``binding`` saves time when many actions of one armature are read.
 
-    Raises ClipError if the action moves none of the armature's bones, has fewer than two frames or holds a
-    value that is not a number, and for the reasons of :func:`bind_rig`.
+    Raises ClipError if the action moves none of the armature's bones, has fewer than two frames or more than
+    ``MOST_FRAMES``, or holds a value that is not a number, and for the reasons of :func:`bind_rig`.
     """
     binding = binding or bind_rig(armature_object)
     curves = action_curves(armature_object, action)
     frames = curves.frames()
+    if len(frames) > MOST_FRAMES:
+        raise ClipError(
+            f"Action '{action.name}' goes from frame {frames[0]:,.0f} to {frames[-1]:,.0f}; a clip may have "
+            f"{wording.number(MOST_FRAMES)} frames. Delete keys that stand far from its motion, or give it a manual "
+            "frame range."
+        )
     if needs_evaluation(curves, frames, binding):
         rotations, translations = local_transforms(
             binding, *evaluated_matrices(armature_object, action, curves.slot, frames, binding.skeleton.names)

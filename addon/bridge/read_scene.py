@@ -104,6 +104,13 @@ def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = No
     return all_triangles(read_pieces(objects, depsgraph, memory))
 
 
+def read_own_triangles(obj, depsgraph) -> np.ndarray:
+    """(T, 3, 3) world positions in metres of the triangles of an object's own mesh or surface, modifiers applied: those
+    of a hidden one too, but nothing that it instances."""
+    evaluated = obj.evaluated_get(depsgraph)
+    return Piece(Shape(_local_triangles(evaluated)), np.array(evaluated.matrix_world, dtype=float)).triangles()
+
+
 def _local_triangles(evaluated) -> np.ndarray:
     """(T, 3, 3) corners in the object's own space."""
     mesh = evaluated.to_mesh()

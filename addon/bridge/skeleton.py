@@ -19,6 +19,9 @@ _UP = np.array([0.0, 0.0, 1.0])
 FORWARD_PROPERTY = "wayfarer_forward"
 """Custom property of an armature object: the direction, in armature space, that the character faces."""
 
+_LEVEL = 0.05
+"""A direction of unit length is horizontal enough to face if what lies in the ground's plane is at least this long."""
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -127,8 +130,8 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
     The world is the scene's: the object's location, rotation and uniform scale are included, one Blender
     unit is one metre.
 
-    Raises ClipError if the object is no armature, has no bones, is scaled unevenly or mirrored, or if it
-    has no bone called ``root_bone``.
+    Raises ClipError if the object is no armature, has no bones, is scaled unevenly or mirrored, if it has no
+    bone called ``root_bone``, or if its ``wayfarer_forward`` is no direction that anyone can face.
     """
     if armature_object is None or armature_object.type != "ARMATURE":
         name = armature_object.name if armature_object else "nothing"
@@ -162,7 +165,7 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
     pose_bones = [armature_object.pose.bones[name] for name in names]
     return RigBinding(
         object_name=armature_object.name,
-        skeleton=_skeleton(names, bone_parents, rests, placement, forward or armature_object.get(FORWARD_PROPERTY)),
+        skeleton=_skeleton(names, bone_parents, rests, placement, forward or chosen_forward(armature_object)),
         bone_parents=bone_parents,
         rest_matrices=rests,
         rotation_modes=tuple(bone.rotation_mode for bone in pose_bones),
@@ -171,6 +174,27 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
         local_location=np.array([bone.bone.use_local_location for bone in pose_bones]),
         placement=placement,
         evaluation_reason=_evaluation_reason(armature_object, pose_bones),
+    )
+
+
+def chosen_forward(armature_object) -> tuple[float, float, float] | None:
+    """The armature object's custom property ``wayfarer_forward``, or None if it has none.
+
+    Raises ClipError if that is anything but three numbers that make a direction, not upright in the world.
+    """
+    value = armature_object.get(FORWARD_PROPERTY)
+    if value is None:
+        return None
+    # Numbers that are all of one kind come as an array; a text and a list of other things have a length, too.
+    given = list(value) if hasattr(value, "__len__") and not isinstance(value, str | bytes) else []
+    if len(given) == 3 and all(isinstance(part, int | float) and np.isfinite(part) for part in given):
+        world = np.array(armature_object.matrix_world, dtype=float)[:3, :3] @ given
+        length = np.linalg.norm(world)
+        if 0 < length < np.inf and np.linalg.norm(world[:2]) >= _LEVEL * length:
+            return given[0], given[1], given[2]
+    raise ClipError(
+        f"'{armature_object.name}' has a property {FORWARD_PROPERTY} that is no horizontal direction of three "
+        "numbers; correct or remove it."
     )
 
 

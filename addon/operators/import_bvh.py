@@ -10,7 +10,7 @@ from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
 from ...core.progress import Progress, portion
 from ..bridge.body import add_body
-from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, remove_imported
+from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, restore, what_is_there
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
 from ..jobs import LongOperator
@@ -73,21 +73,36 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
         folder = Path(bpy.path.abspath(self.directory))
         if not folder.is_dir():
             raise ClipError(f"There is no folder '{folder}'; choose one with BVH files in it.")
+        # Where nothing is selected, the file browser gives the name in its text field: often that of the .blend file.
         chosen = [folder / file.name for file in self.files if file.name.lower().endswith(".bvh")]
-        paths = [path for path in chosen if path.is_file()] or bvh_files(folder)
-        armature, actions, problems = yield from portion(import_bvh_files_steps(paths, self.scale or None), 0.0, 0.8)
-        uids = {action.session_uid for action in actions}
-        uid, complete = armature.session_uid, False
+        missing = [path.name for path in chosen if not path.is_file()]
+        if missing:
+            raise ClipError(
+                f"There is no file '{missing[0]}' in '{folder}'; choose files that are there, or none to import all."
+            )
+        paths = chosen or bvh_files(folder)
+        before, complete = what_is_there(), False
         try:
-            tags, unknown = yield from portion(self._jump_steps(armature.session_uid, uids), 0.8, 1.0)
+            armature, actions, problems = yield from portion(
+                import_bvh_files_steps(paths, self.scale or None), 0.0, 0.8
+            )
+            uid, uids = armature.session_uid, {action.session_uid for action in actions}
+            tags, unknown = yield from portion(self._jump_steps(uid, uids), 0.8, 1.0)
             complete = True
         finally:
             if not complete:
-                remove_imported(uid, uids)
-        return uid, uids, problems, tags, unknown
+                restore(before)
+        return before, uid, uids, problems, tags, unknown
 
     def apply(self, context, result):
-        uid, uids, problems, tags, unknown = result
+        before, *imported = result
+        try:
+            self._add(context, *imported)
+        except BaseException:
+            restore(before)
+            raise
+
+    def _add(self, context, uid: int, uids: set[int], problems, tags, unknown: str) -> None:
         armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
         actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
         for action_uid, (masks, first_frame) in tags.items():
@@ -97,8 +112,7 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
             other.objects.unlink(armature)
         collection.objects.link(armature)
         cast(bpy.types.Armature, armature.data).display_type = "STICK"
-        if self.use_body:
-            add_body(armature)
+        bodiless = self.use_body and add_body(armature) is None
         settings = context.scene.wayfarer
         settings.character = armature
         settings.refresh_clips()
@@ -106,6 +120,8 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
             self.report({"WARNING"}, f"Left out '{name}': {reason}")
         if unknown:
             self.report({"WARNING"}, f"No jumps were tagged: {unknown}")
+        if bodiless:
+            self.report({"WARNING"}, "No body was added: the bones are too short for it to be seen")
         jumps = f", {len(tags)} of them with jumps" if tags else ""
         self.report({"INFO"}, f"{counted(len(actions), 'clip')} imported{jumps}")
 

@@ -5,7 +5,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 
 from ...core.motion.contacts import ContactSettings
 from ...core.motion.distance import CostSettings
-from ...core.motion.graph_settings import MotionGraphSettings, ThresholdMode
+from ...core.motion.graph_settings import HIGHEST_RATE, MotionGraphSettings, ThresholdMode
 from .enums import enum_items
 
 _GRAPH = MotionGraphSettings()
@@ -41,6 +41,7 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         description="Samples per second at which motion is compared and cut",
         default=_GRAPH.frame_rate,
         min=5.0,
+        max=HIGHEST_RATE,
         soft_max=120.0,
         precision=1,
         options=set(),

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..progress import Progress
+from ..progress import Progress, portion
 
 CONTINUATION = 1.0
 """Goodness of playing on across a cut into the next segment of the same clip: a transition at no cost."""
@@ -50,14 +50,8 @@ def cut_steps(
         expected = np.full(ascent.n_frames, 1 / min_gap)
         if start > 0:
             expected *= 2 * rng.random(ascent.n_frames) * np.repeat(rng.random(len(lengths)) < 0.8, lengths)
-        climb = ascent.climb(expected)
-        while True:
-            yield Progress(start / n_starts, "Choosing cuts")
-            try:
-                next(climb)
-            except StopIteration as stop:
-                solutions.append(stop.value)
-                break
+        yield Progress(start / n_starts, "Choosing cuts")
+        solutions.append((yield from portion(ascent.climb(expected), start / n_starts, (start + 1) / n_starts)))
     return solutions
 
 
@@ -143,7 +137,7 @@ class Ascent:
         self.rows = [goodness[clip] for clip in self.ranges]
         self.inside = [rows[:, clip] for rows, clip in zip(self.rows, self.ranges, strict=True)]
 
-    def climb(self, expected: np.ndarray) -> Generator[None, None, list[np.ndarray]]:
+    def climb(self, expected: np.ndarray) -> Generator[Progress, None, list[np.ndarray]]:
         """Cuts that no change of a single clip's cuts, found by dynamic programming, makes better.
 
         ``expected`` (N,) says with what weight each frame counts as a cut until its clip has been cut. Pauses
@@ -164,7 +158,7 @@ class Ascent:
                 unchanged = 0
             if unchanged == len(self.ranges):
                 break
-            yield
+            yield Progress(0.0, "Choosing cuts")
         return cuts
 
     def reconnecting(self, clip: int, current: np.ndarray, first: np.ndarray, last: np.ndarray) -> Iterator[np.ndarray]:

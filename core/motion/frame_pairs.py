@@ -1,7 +1,7 @@
 """The frames of all clips side by side, and which pairs of them may be linked."""
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from .. import wording
 from ..errors import MotionGraphError
 from ..progress import Progress
-from .distance import PoseFeatures, close_pairs_steps, expected_pairs, transition_costs
+from .distance import PoseFeatures, close_pairs_steps, expected_pairs
 
 PAIR_BYTES = 200
 """What a pair takes at the most while cuts are chosen: measured, 130 to 190."""
@@ -59,12 +59,15 @@ class FrameSet:
         Frames of each clip; their sum is N.
     min_gap : int
         Least number of frames from one cut of a clip to the next.
+    names : (C,) sequence of str
+        Of the clips, for people.
     """
 
     features: PoseFeatures
     contacts: np.ndarray
     lengths: np.ndarray
     min_gap: int
+    names: Sequence[str] = ()
 
     @property
     def n_frames(self) -> int:
@@ -95,26 +98,20 @@ class FrameSet:
             raise MotionGraphError(
                 f"About {wording.amount(n_pairs / 1e6)} million pairs of frames of these {len(self.lengths)} clips "
                 f"cost {wording.exact(max_cost)} or less. To cut the clips by them would need about {needed}, more "
-                f"than the limit of {wording.memory(memory_limit)}; lower Max Cost or Frame Rate, or use fewer clips."
+                f"than the limit of {wording.memory(memory_limit)}; lower Max Cost or Frame Rate, or use fewer clips"
+                f"{longest_of(self.names, self.lengths.tolist())}."
             )
         first, second, costs = yield from close_pairs_steps(self.features, max_cost, planted)
         allowed = self._apart(first, second)
         return FramePairs(first[allowed], second[allowed], costs[allowed])
 
-    def may_link(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Whether the same feet are planted and the cuts would be far enough apart."""
-        return self._apart(first, second) & (self.contacts[first] == self.contacts[second]).all(axis=-1)
-
-    def lowest_cost(self) -> float:
-        """Lowest cost of any pair that could be linked; infinite if there is none."""
-        every = np.arange(self.n_frames)
-        lowest = math.inf
-        for rows in np.array_split(every, math.ceil(len(every) / 256)):
-            block = PoseFeatures(self.features.rotations[rows], self.features.weights, self.features.vectors[rows])
-            costs = transition_costs(block, self.features)
-            costs[~self.may_link(rows[:, None], every)] = np.inf
-            lowest = min(lowest, float(costs.min()))
-        return lowest
-
     def _apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         return (self.owner[first] != self.owner[second]) | (np.abs(second - first) >= self.min_gap)
+
+
+def longest_of(names: Sequence[str], lengths: Sequence[int]) -> str:
+    """ " (the longest is 'walk', of 9,000 frames)", where clips have names."""
+    if len(names) == 0:
+        return ""
+    longest = int(np.argmax(lengths))
+    return f" (the longest is '{names[longest]}', of {wording.number(lengths[longest])} frames)"

@@ -14,8 +14,9 @@ from .clip_set import check_skeletons, distinctly_named
 from .contacts import foot_contacts
 from .distance import PoseFeatures, joined, pose_features
 from .dropped import DroppedClip, dropped_motion
-from .frame_pairs import FramePairs, FrameSet
+from .frame_pairs import FrameSet, longest_of
 from .graph_settings import MotionGraphSettings, ThresholdMode
+from .loops import lowest_loop_cost_steps
 from .segmentation import Segmentation, with_continuations
 from .threshold import segmentation_steps
 
@@ -29,6 +30,9 @@ __all__ = [
     "build_motion_graph_steps",
     "segment_name",
 ]
+
+_JOINT_BYTES = 400
+"""What a joint takes at the most in a frame while clips are read and compared: measured, 290 to 350."""
 
 
 @dataclass(frozen=True)
@@ -128,10 +132,10 @@ def build_motion_graph_steps(
     usable: list[MotionClip] = []
     features: list[PoseFeatures] = []
     contacts: list[np.ndarray] = []
+    _check_memory(clips, settings)
     for done, clip in enumerate(distinctly_named(clips)):
         yield Progress(0.2 * done / len(clips), f"Reading {clip.name}")
-        n_frames = int(clip.duration * settings.frame_rate + 1e-6) + 1
-        if n_frames <= settings.min_gap:
+        if _n_frames(clip, settings) <= settings.min_gap:
             reason = f"shorter than a segment of {wording.exact(settings.min_segment_duration)} s"
             dropped.append(DroppedClip(clip.name, clip.duration, reason))
             continue
@@ -146,12 +150,13 @@ def build_motion_graph_steps(
         )
 
     lengths = np.array([clip.n_frames for clip in usable])
-    frames = FrameSet(joined(features), np.concatenate(contacts), lengths, settings.min_gap)
+    names = [clip.name for clip in usable]
+    frames = FrameSet(joined(features), np.concatenate(contacts), lengths, settings.min_gap, names)
     pairs = yield from portion(frames.pairs_steps(settings.max_cost, settings.memory_limit), 0.2, 0.5)
     n_given = sum(clip.duration for clip in clips) * settings.frame_rate
     threshold, cut = yield from portion(segmentation_steps(pairs, frames, settings, n_given), 0.5, 1.0)
     if not cut.kept.any():
-        raise _nothing_connects(frames, settings, pairs)
+        raise (yield from portion(_nothing_connects_steps(frames, settings), 1.0, 1.0))
     yield Progress(1.0, "Linking segments")
     pairs = pairs.up_to(threshold)
     transitions = with_continuations(pairs.first, pairs.second, pairs.cost, frames.n_frames)
@@ -209,16 +214,43 @@ def _segment(clip: MotionClip, owner: int, first: int, last: int) -> MotionSegme
     )
 
 
-def _nothing_connects(frames: FrameSet, settings: MotionGraphSettings, pairs: FramePairs) -> MotionGraphError:
-    lowest = float(pairs.cost.min()) if len(pairs.cost) else frames.lowest_cost()
-    if not math.isfinite(lowest):
-        return MotionGraphError(
-            "Nothing connects: no two frames far enough apart have the same feet on the ground. Use more or "
-            "longer clips, or a shorter Min Segment."
+def _check_memory(clips: Sequence[MotionClip], settings: MotionGraphSettings) -> None:
+    """Raise MotionGraphError, before any is read, for clips whose frames would take more memory than allowed."""
+    lengths = [_n_frames(clip, settings) for clip in clips]
+    needed = sum(lengths) * clips[0].skeleton.n_joints * _JOINT_BYTES
+    if needed > settings.memory_limit:
+        raise MotionGraphError(
+            f"These {len(clips)} clips have {wording.number(sum(lengths))} frames at "
+            f"{wording.exact(settings.frame_rate)} per second. To compare them would need about "
+            f"{wording.memory(needed)}, more than the limit of {wording.memory(settings.memory_limit)}; lower Frame "
+            f"Rate, or use fewer or shorter clips{longest_of([clip.name for clip in clips], lengths)}."
         )
-    advice = math.ceil(15 * max(lowest, settings.max_cost if len(pairs.cost) else 0.0)) / 10
+
+
+def _n_frames(clip: MotionClip, settings: MotionGraphSettings) -> int:
+    """How many a clip has at the settings' rate."""
+    return int(clip.duration * settings.frame_rate + 1e-6) + 1
+
+
+def _nothing_connects_steps(
+    frames: FrameSet, settings: MotionGraphSettings
+) -> Generator[Progress, None, MotionGraphError]:
+    lowest = yield from lowest_loop_cost_steps(frames, settings.max_cost, settings.memory_limit)
+    if lowest == math.inf:
+        return MotionGraphError(
+            "Nothing connects, at whatever cost: no motion as long as a segment leads back to where it begins by way "
+            "of frames with the same feet on the ground. Use more or longer clips, or a shorter Min Segment."
+        )
+    failure = f"Nothing connects at a cost of {wording.exact(settings.max_cost)} or less: "
+    if lowest is None:
+        return MotionGraphError(
+            f"{failure}no transition leads back to where the motion begins, and to look at dearer ones would need more "
+            f"than the limit of {wording.memory(settings.memory_limit)}. Shorten Min Segment, use other clips, or "
+            "fewer of them."
+        )
+    # Half as much again, so that the graph is more than the one loop.
+    advice = math.ceil(15 * lowest) / 10
     return MotionGraphError(
-        f"Nothing connects at a cost of {wording.exact(settings.max_cost)} or less: the lowest cost between frames "
-        f"that could be linked is {wording.short(lowest)}. Raise Max Cost to {wording.exact(advice)}, shorten Min "
-        "Segment, or add clips."
+        f"{failure}the lowest cost at which motion leads back to where it begins is {wording.short(lowest)}. Raise Max "
+        f"Cost to {wording.exact(advice)}, shorten Min Segment, or add clips."
     )

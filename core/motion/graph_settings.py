@@ -4,9 +4,13 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
+from .. import wording
 from ..errors import MotionGraphError
 from .contacts import ContactSettings
 from .distance import CostSettings
+
+HIGHEST_RATE = 1000.0
+"""Frames per second: motion that is compared at more of them is not compared any better."""
 
 
 class ThresholdMode(Enum):
@@ -27,7 +31,7 @@ class MotionGraphSettings:
     Attributes
     ----------
     frame_rate : float
-        Samples per second at which motion is compared and cut.
+        Samples per second at which motion is compared and cut; at most ``HIGHEST_RATE``.
     min_segment_duration : float
         Seconds that every segment lasts at least, rounded to whole frames.
     max_cost : float
@@ -53,7 +57,8 @@ class MotionGraphSettings:
     min_coverage : float
         Share (0 to 1) of the motion given that the graph must keep at least; heeded in mode COVERAGE.
     memory_limit : float
-        Bytes that the pairs of frames may take; above it ``build_motion_graph`` refuses before it compares them.
+        Bytes that the frames may take, and the pairs of them; above it ``build_motion_graph`` refuses before it reads
+        or compares them.
     """
 
     frame_rate: float = 30.0
@@ -74,6 +79,11 @@ class MotionGraphSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise MotionGraphError(f"The setting {name.replace('_', ' ')} is {value}; it must be positive.")
+        if self.frame_rate > HIGHEST_RATE:
+            raise MotionGraphError(
+                f"The setting frame rate is {wording.exact(self.frame_rate)}; use {wording.exact(HIGHEST_RATE)} frames "
+                "per second or less."
+            )
         if self.sigma is not None and not self.sigma > 0:
             raise MotionGraphError(f"The setting sigma is {self.sigma}; it must be positive.")
         if self.n_starts < 1:

@@ -9,14 +9,16 @@ best one of all that were tried.
 from collections.abc import Callable, Generator
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from .. import wording
 from ..errors import MotionGraphError
 from ..progress import Progress, portion
 from .connecting import kept_goodness, reconnect_steps
-from .cutting import cut_steps
+from .cutting import Ascent, cut_steps, indicators
 from .frame_pairs import FramePairs, FrameSet
 from .graph_settings import MotionGraphSettings, ThresholdMode
+from .loops import Loop, cheapest_loop
 from .segmentation import Segmentation, segmentation, with_continuations
 
 _N_REFINED = 3
@@ -83,7 +85,10 @@ def segmentation_steps(
 def choose_cuts_steps(
     pairs: FramePairs, frames: FrameSet, settings: MotionGraphSettings, threshold: float
 ) -> Generator[Progress, None, list[np.ndarray]]:
-    """The cuts of each clip that keep the most goodness at a threshold (rad^2), of those found from all starts."""
+    """The cuts of each clip that keep the most goodness at a threshold (rad^2), of those found from all starts.
+
+    Something is kept wherever the pairs up to the threshold close a loop (:mod:`.loops`).
+    """
     yield Progress(0.0, "Choosing cuts")
     goodness = pairs.up_to(threshold).goodness(frames.n_frames, settings.goodness_width(threshold))
     rng = np.random.default_rng(settings.seed)
@@ -95,6 +100,27 @@ def choose_cuts_steps(
     for rank, index in enumerate(np.argsort(scores, kind="stable")[::-1][:_N_REFINED]):
         steps = reconnect_steps(goodness, frames.lengths, settings.min_gap, found[index])
         refined.append((yield from portion(steps, 0.5 + 0.5 * rank / _N_REFINED, 0.5 + 0.5 * (rank + 1) / _N_REFINED)))
+    best, kept = max(refined, key=lambda scored: scored[1])
+    if kept == 0:
+        # Where loops are few, the cuts that promise most may all miss them.
+        loop = cheapest_loop(pairs.up_to(threshold), frames)
+        if loop is not None:
+            best = yield from _cuts_around_steps(loop, goodness, frames)
+    return best
+
+
+def _cuts_around_steps(
+    loop: Loop, goodness: csr_matrix, frames: FrameSet
+) -> Generator[Progress, None, list[np.ndarray]]:
+    """Cuts that keep as much goodness as those of a loop, or more: found from those, and by refining them."""
+    expected = np.concatenate(
+        [sum(indicators(own, length)) for own, length in zip(loop.cuts, frames.lengths, strict=True)]
+    )
+    climbed = yield from portion(Ascent(goodness, frames.lengths, frames.min_gap).climb(expected), 1.0, 1.0)
+    refined = []
+    for cuts in (climbed, loop.cuts):
+        steps = reconnect_steps(goodness, frames.lengths, frames.min_gap, cuts)
+        refined.append((yield from portion(steps, 1.0, 1.0)))
     return max(refined, key=lambda scored: scored[1])[0]
 
 

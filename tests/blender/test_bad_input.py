@@ -10,10 +10,13 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import check_bvh, guess_bvh_scale
+from bl_ext.user_default.wayfarer.addon.overrides import apply_override
 from bl_ext.user_default.wayfarer.core.errors import ClipError
+from bl_ext.user_default.wayfarer.core.motion.graph_settings import HIGHEST_RATE
+from bl_ext.user_default.wayfarer.core.progress import Progress, finish
 
-from .test_bridge_import_bvh import bvh, datablocks
-from .test_operators import build, contents, fails_and_changes_nothing
+from .test_bridge_import_bvh import DAMAGED, bvh, datablocks
+from .test_operators import Event, Job, build, contents, fails_and_changes_nothing, started
 
 operators = bpy.ops.wayfarer
 EFFORT = int(os.environ.get("WAYFARER_FUZZ", "1"))
@@ -114,6 +117,56 @@ def test_missing_bones(settings):
     clip.action = action
     sentence = fails_and_changes_nothing(operators.build_motion_graph)
     assert f"'{action.name}'" in sentence and "'Other'" in sentence
+
+
+@pytest.mark.parametrize("frame", [200_000, 1_000_000])
+def test_a_stray_key_far_away(settings, frame):
+    action = used_actions(settings)[0]
+    curves_of(action)[0].keyframe_points.insert(frame, 0.0)
+    keep_only(settings, action)
+    sentence = fails_and_changes_nothing(operators.build_motion_graph)
+    assert f"'{action.name}' goes from frame" in sentence and f"{frame:,}" in sentence
+    assert "manual frame range" in sentence
+    operators.examine_clips()
+    assert f"{frame:,}" in state.health_of(bpy.context.scene, action).problem
+    action.use_frame_range, action.frame_start, action.frame_end = True, *action.frame_range[:1], 90
+    build("build_motion_graph")
+
+
+def test_a_frame_rate_beyond_all_sense(settings):
+    assert "from 5 to 1000" in apply_override(bpy.context.scene.wayfarer, "graph.frame_rate=1e9")
+    settings.graph.frame_rate = 1e9
+    assert settings.graph.frame_rate == settings.graph.to_core().frame_rate == HIGHEST_RATE
+
+
+class Greedy(Job):
+    """Asks for more memory than any computer has, at work or when it keeps what came of it."""
+
+    def __init__(self, where):
+        super().__init__()
+        self.where = where
+
+    def steps(self, context):
+        yield Progress(0.0, "Working")
+        return self.ask("steps")
+
+    def apply(self, context, result):
+        self.ask("apply")
+
+    def ask(self, where):
+        return np.ones(1 << 50) if where == self.where else 42
+
+
+@pytest.mark.parametrize("where", ["steps", "apply"])
+def test_a_job_that_needs_more_memory_than_there_is(where, monkeypatch):
+    at_once, modal = Greedy(where), Greedy(where)
+    assert at_once.execute(bpy.context) == {"CANCELLED"}
+    context = started(modal, monkeypatch)
+    assert modal.modal(context, Event("TIMER")) == {"CANCELLED"}
+    assert context.window_manager.calls[-2:] == ["event_timer_remove", "progress_end"]
+    for job in (at_once, modal):
+        ((kind, sentence),) = job.reports
+        assert kind == "ERROR" and sentence.startswith("Job needs more memory than there is. ")
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 2), (-1, 1, 1), (0, 0, 0)])
@@ -401,3 +454,82 @@ def test_damaged_bvh_files_are_imported_or_refused(tmp_path, capfd):
             bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert 10 < n_refused < 80 * EFFORT
     assert "Traceback" not in "".join(capfd.readouterr())
+
+
+def selected_cube():
+    """Selected and active, beside one that is neither."""
+    other, cube = new_mesh_object("Other"), new_mesh_object("Cube")
+    for obj in (other, cube):
+        bpy.context.scene.collection.objects.link(obj)
+    cube.select_set(True)
+    bpy.context.view_layer.objects.active = cube
+    return cube
+
+
+@pytest.mark.parametrize("jump_tag", ["step", ""])
+@pytest.mark.parametrize("frame_time", [33.3333, 1000, 1e-9])
+def test_one_frame_time_that_cannot_be_leaves_out_its_file_only(tmp_path, capfd, frame_time, jump_tag):
+    for name, time in (("a", 0.0333333), ("b", frame_time), ("c", 0.0333333)):
+        (tmp_path / f"{name}.bvh").write_text(bvh(frame_time=time))
+    assert operators.import_bvh(directory=str(tmp_path), jump_tag=jump_tag) == {"FINISHED"}
+    assert "Left out 'b.bvh': The frames in 'b.bvh' last" in capfd.readouterr().out
+    assert [clip.action.name for clip in bpy.context.scene.wayfarer.clips] == ["a", "c"]
+    assert [action["wayfarer_frame_rate"] for action in bpy.data.actions] == [30, 30]
+
+
+def test_what_was_selected_is_so_after_an_import_that_fails(tmp_path):
+    cube = selected_cube()
+    (tmp_path / "b.bvh").write_text(bvh(frame_time=33.3333))
+    sentence = fails_and_changes_nothing(operators.import_bvh, directory=str(tmp_path))
+    assert "The frames in 'b.bvh' last 33.3333 seconds each" in sentence
+    assert bpy.context.view_layer.objects.active == cube and list(bpy.context.selected_objects) == [cube]
+    # One that Blender imports, and selects.
+    (tmp_path / "b.bvh").write_text(DAMAGED["beyond single precision"])
+    assert "not a number" in fails_and_changes_nothing(operators.import_bvh, directory=str(tmp_path))
+    assert bpy.context.view_layer.objects.active == cube and list(bpy.context.selected_objects) == [cube]
+
+
+@pytest.mark.parametrize("late", [False, True], ids=["cancelled", "character deleted"])
+def test_an_import_that_stops_after_its_files(tmp_path, late):
+    """While jumps are looked for, or when the scene is changed: nothing stays behind, and the selection comes back."""
+    cube, operator = selected_cube(), bpy.types.WAYFARER_OT_import_bvh
+
+    class Import:
+        directory, files, scale, jump_tag, jump_height, use_body = str(tmp_path), (), 0.0, "step", 0.25, True
+        steps, apply, _jump_steps, _add = operator.steps, operator.apply, operator._jump_steps, operator._add
+
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.bvh").write_text(bvh())
+    before, job = contents(), Import()
+    work = job.steps(bpy.context)
+    if late:
+        result = finish(work)
+        bpy.data.objects.remove(next(obj for obj in bpy.data.objects if obj.type == "ARMATURE"))
+        with pytest.raises(StopIteration):
+            job.apply(bpy.context, result)
+    else:
+        while next(work).message != "Looking for jumps":
+            pass
+        assert len(bpy.data.actions) == 2
+        work.close()
+    assert contents() == before and datablocks() == {"objects": 2, "armatures": 0, "actions": 0, "meshes": 2}
+    assert bpy.context.view_layer.objects.active == cube and list(bpy.context.selected_objects) == [cube]
+
+
+def test_a_chosen_bvh_file_that_is_not_there(tmp_path):
+    cube = selected_cube()
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.bvh").write_text(bvh())
+    (tmp_path / "folder.bvh").mkdir()
+    for names in (["typo.bvh"], ["a.bvh", "typo.bvh"], ["folder.bvh"]):
+        sentence = fails_and_changes_nothing(
+            operators.import_bvh, directory=str(tmp_path), files=[{"name": name} for name in names]
+        )
+        assert f"There is no file '{names[-1]}'" in sentence
+    assert bpy.context.view_layer.objects.active == cube and list(bpy.context.selected_objects) == [cube]
+    # What the file browser gives where nothing is selected: an empty name, or that of the .blend file.
+    (tmp_path / "folder.bvh").rmdir()
+    for name in ("", "scene.blend"):
+        assert operators.import_bvh(directory=str(tmp_path), files=[{"name": name}]) == {"FINISHED"}
+        assert len(bpy.data.actions) == 2
+        bpy.data.batch_remove(list(bpy.data.actions))

@@ -166,6 +166,9 @@ DAMAGED = {
     "one frame": bvh(1),
     "no frame time": bvh(6).replace("Frame Time: 0.05\n", ""),
     "frame time of zero": bvh(6, 0),
+    "frame time in milliseconds": bvh(6, 33.3333),
+    "frame time of hours": bvh(6, 1000),
+    "frame time of nothing": bvh(6, 1e-9),
     "words for numbers": bvh(6).replace("OFFSET 0 60 0", "OFFSET 0 high 0"),
     "word in the motion": bvh(6)[:-5] + "nan\n",
     "not a number": bvh(6)[:-9] + " nan nan\n",
@@ -188,6 +191,36 @@ def test_damaged_files_are_reported_and_leave_nothing_behind(tmp_path, damage, f
     assert name == bad.name and "bad" in reason and reason.endswith(".") and "Traceback" not in reason
     assert datablocks() == {"objects": 1, "armatures": 1, "actions": 1, "meshes": 0}
     assert armature.mode == "OBJECT"
+
+
+@pytest.mark.parametrize(
+    ("frame_time", "rate"), [("10", 0.1), ("0.00001", 100_000.0), ("10.6", None), ("0.0000099", None)]
+)
+def test_frame_times_at_the_limits_of_a_clip(tmp_path, frame_time, rate):
+    path = tmp_path / "a.bvh"
+    path.write_text(bvh(6, frame_time))
+    if rate is None:
+        with pytest.raises(ClipError, match=f"'a.bvh' last {frame_time} seconds each.* between 0.00001 and 10 seconds"):
+            import_bvh_folder(tmp_path)
+    else:
+        armature, actions, problems = import_bvh_folder(tmp_path)
+        assert problems == [] and read_clip(armature, actions[0]).frame_rate == rate
+
+
+def test_a_byte_order_mark_is_read_over(tmp_path):
+    """Of a file that is otherwise the same: the same bones and keys, the file itself untouched."""
+    plain, marked = tmp_path / "plain.bvh", tmp_path / "marked.bvh"
+    plain.write_text(bvh())
+    marked.write_bytes(b"\xef\xbb\xbf" + plain.read_bytes())
+    content = marked.read_bytes()
+    armature, actions, problems = import_bvh_folder(tmp_path)
+    assert problems == [] and armature.name == "marked"
+    assert [action.name for action in actions] == ["marked", "plain"]
+    first, second = (read_clip(armature, action) for action in actions)
+    np.testing.assert_array_equal(first.rotations, second.rotations)
+    np.testing.assert_array_equal(first.translations, second.translations)
+    assert first.frame_rate == second.frame_rate == 20
+    assert marked.read_bytes() == content and sorted(tmp_path.iterdir()) == [marked, plain]
 
 
 def test_another_skeleton_is_reported(tmp_path):

@@ -335,6 +335,9 @@ def test_evaluation_puts_back_what_else_the_action_animates():
         ('pose.bones["hips"]["fk"]', 0),
         ("color", 2),
         ('pose.bones["gone"]["fk"]', 0),
+        ('pose.bones["hips"]', 0),
+        ("data", 0),
+        ("pose.bones", 0),
     ):
         add_curve(action, path, index, (1, 30), (1, 0))
     clip = read_clip(obj, action)
@@ -342,6 +345,47 @@ def test_evaluation_puts_back_what_else_the_action_animates():
     assert limit.influence == 0.25 and obj['the "switch"'] == 0.5 and obj.pose.bones["hips"]["fk"] == 7
     np.testing.assert_allclose(obj.color, (0.1, 0.2, 0.3, 0.4))
     assert obj.data.pose_position == "REST" and obj.animation_data is None
+
+
+def test_keys_of_an_array_that_was_made_shorter_are_left_out():
+    obj = armature()
+    action = new_action(obj)
+    animate(obj, action, MODES)
+    obj.pose.bones["shin.L"].constraints.new("LIMIT_LOCATION")
+    for place in (0, 2):
+        add_curve(action, '["dial"]', place, (1, 30), (1, 0))
+    obj["dial"] = [1.0, 2.0, 3.0]
+    whole = read_clip(obj, action)
+    assert list(obj["dial"]) == [1.0, 2.0, 3.0]
+    obj["dial"] = [1.0, 2.0]
+    shorter = read_clip(obj, action)
+    assert list(obj["dial"]) == [1.0, 2.0]
+    np.testing.assert_array_equal(shorter.rotations, whole.rotations)
+
+
+@pytest.mark.parametrize(
+    ("of", "frame"),
+    [
+        *((of, float(frame)) for of in ("all last keys", "one last key") for frame in ("nan", "inf", "-inf", "3e30")),
+        ("manual range", float("nan")),
+        ("manual range", float("inf")),
+    ],
+)
+def test_keys_where_no_frame_is(frame, of):
+    obj = armature()
+    good, broken = new_action(obj, "good"), new_action(obj, "broken")
+    for action in (good, broken):
+        animate(obj, action, MODES)
+    curves = broken.layers[0].strips[0].channelbag(broken.slots[0]).fcurves
+    if of == "manual range":
+        broken.use_frame_range = True
+        broken.frame_end = frame
+    else:
+        for curve in curves if of == "all last keys" else curves[3:4]:
+            curve.keyframe_points[-1].co.x = frame
+    clips, [(name, reason)] = read_clips(obj, [good, broken])
+    assert [clip.name for clip in clips] == ["good"] and name == "broken"
+    assert "'broken'" in reason and "not a number" in reason and "repair" in reason
 
 
 def test_connected_bones_do_not_move():

@@ -118,6 +118,34 @@ def test_root_and_forward_can_be_chosen():
     np.testing.assert_allclose(facing(bind_rig(obj)), [0, 1, 0], atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "value",
+    [
+        *("front", b"xyz", 5, 2.5, True, {"a": 1, "b": 2, "c": 3}, ["a", "b", "c"], [[1, 2], [3, 4], [5, 6]]),
+        *([1.0, 2.0], [0, 1, 0, 0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.01, -1.0]),
+        *([np.nan, 0.0, 1.0], [np.inf, 1.0, 0.0], [1e300, 1e300, 0.0]),
+    ],
+    ids=str,
+)
+def test_a_direction_that_nobody_can_face_is_named(value):
+    obj = build(UNREAL)
+    obj["wayfarer_forward"] = value
+    with pytest.raises(ClipError, match=r"'Rig'.* wayfarer_forward .*three numbers; correct or remove it"):
+        bind_rig(obj)
+    del obj["wayfarer_forward"]
+    np.testing.assert_allclose(facing(bind_rig(obj)), [0, -1, 0], atol=1e-6)
+
+
+def test_forward_may_point_anywhere_in_an_armature_that_lies_in_its_object():
+    """What counts is that it is level in the world; whole numbers do as well."""
+    obj = build(UNREAL)
+    obj.rotation_euler.x, obj["wayfarer_forward"] = np.pi / 2, [0, 0, 2]
+    np.testing.assert_allclose(facing(bind_rig(obj)), [0, -1, 0], atol=1e-6)
+    obj["wayfarer_forward"] = [0, 1, 0]
+    with pytest.raises(ClipError, match="horizontal"):
+        bind_rig(obj)
+
+
 def test_upright_whatever_the_armatures_axes():
     """Y-up bones in an object turned upright, as FBX files bring them."""
     obj = build([(name, parent, (x, z, -y)) for name, parent, (x, y, z) in MIXAMO])

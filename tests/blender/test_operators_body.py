@@ -130,6 +130,28 @@ def test_any_rig_gets_a_body(scale):
     assert np.ptp(coordinates(body)[:, 0]) == pytest.approx(2 * scale, rel=0.15)
 
 
+def test_a_chain_of_bones_too_short_to_be_seen(tmp_path, capfd):
+    """It is imported, and used, without a body."""
+    n_joints = 120
+    joints = "JOINT J{}\n{{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+    (tmp_path / "snake.bvh").write_text(
+        "HIERARCHY\nROOT R\n{\nOFFSET 0 0 0\n"
+        "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+        + "".join(joints.format(joint) for joint in range(n_joints))
+        + "End Site\n{\nOFFSET 0 1 0\n}\n"
+        + "}\n" * (n_joints + 1)
+        + "MOTION\nFrames: 3\nFrame Time: 0.03\n"
+        + (" ".join(["0"] * (6 + 3 * n_joints)) + "\n") * 3
+    )
+    assert bpy.ops.wayfarer.import_bvh(directory=str(tmp_path)) == {"FINISHED"}
+    assert "No body was added" in capfd.readouterr().out
+    settings = bpy.context.scene.wayfarer
+    assert settings.character.name == "snake" and list(bpy.data.objects) == [settings.character]
+    assert [clip.action.name for clip in settings.clips] == ["snake"]
+    assert not list(bpy.data.meshes) and not list(bpy.data.materials)
+    assert add_body(settings.character) is None
+
+
 def test_a_body_for_motion_capture():
     default = Path(__file__).resolve().parents[2].parent / "shared" / "data"
     path = Path(os.environ.get("WAYFARER_DATA", default)) / "cmu16" / "16_09.bvh"

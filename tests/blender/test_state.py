@@ -81,7 +81,7 @@ def test_another_rest_pose_is_stale(settings):
     settings.character.data.edit_bones["Head"].tail.z += 0.1
     bpy.ops.object.mode_set(mode="OBJECT")
     assert state.graph_changes(bpy.context.scene) == (
-        "Keys, tags or frame ranges of clips have changed, or the rest pose has",
+        "Keys, tags or frame ranges of clips have changed, or the rest pose or what moves the rig has",
     )
 
 

@@ -326,7 +326,14 @@ def test_nothing_connects_names_a_cost_that_does():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"frame_rate": 0}, {"min_segment_duration": -1}, {"max_cost": np.nan}, {"sigma": 0}, {"n_starts": 0}],
+    [
+        {"frame_rate": 0},
+        {"frame_rate": 1e9},
+        {"min_segment_duration": -1},
+        {"max_cost": np.nan},
+        {"sigma": 0},
+        {"n_starts": 0},
+    ],
 )
 def test_senseless_settings_are_refused(wrong):
     with pytest.raises(MotionGraphError):
