@@ -1,20 +1,23 @@
 """The folder that engines read: the embedding, the clips, the reader and a page about them."""
 
+import tempfile
+from collections.abc import Generator
 from pathlib import Path
 
 import bpy
 
 from ..core.embedding.embedding import Embedding
 from ..core.errors import ExportError
-from ..core.export.engine_format import TABLE_FILE, engine_files
+from ..core.export.engine_format import ARRAYS_FILE, HEADER_FILE, TABLE_FILE, engine_files_steps
 from ..core.motion.graph import MotionGraph
-from .bridge.export_gltf import export_clips
+from ..core.progress import Progress, portion
+from .bridge.export_gltf import check_exportable, export_clips
 from .bridge.write_action import write_clip
-from .export_folder import check_folder, remember, remove_earlier, write_files
+from .export_folder import check_folder, remove_earlier, write_files
 from .text import counted
 
 READER = Path(__file__).resolve().parents[1] / "assets" / "engine" / "wayfarer_reader.py"
-CLIPS_FILE = "clips.glb"
+CLIPS_FILE, PAGE_FILE = "clips.glb", "README.md"
 
 _README = """\
 # {scene}: an embedding for engines
@@ -33,19 +36,28 @@ root laid along `root_path`. Every node has a way on.
 """
 
 
-def write_engine_folder(
+def engine_folder_steps(
     scene, embedding: Embedding, folder: Path, with_clips: bool = True, with_table: bool = True
-) -> list[str]:
-    """Write everything that an engine needs of a scene's embedding; returns the names of the files.
+) -> Generator[Progress, None, dict[str, bytes | bytearray]]:
+    """Everything that an engine needs of a scene's embedding: files for ``folder``, by their names; yields progress.
 
-    Clips and table of an earlier export that are not wanted any more are removed.
+    Nothing is written, and the scene is left as it is.
 
-    Raises ExportError if there is nothing to export, Blender cannot, or a file in the folder is not ours to replace;
-    StorageError if a file cannot be written or removed.
+    Raises ExportError if there is nothing to export, Blender cannot, or a file in the folder is not ours to replace:
+    all but what Blender's exporter has to say before any work.
     """
-    character = scene.wayfarer.character
+    wanted = {TABLE_FILE: with_table, CLIPS_FILE: with_clips}
+    names = [HEADER_FILE, ARRAYS_FILE, READER.name, PAGE_FILE, *(name for name in wanted if wanted[name])]
+    check_folder(folder, names)
+    scene_name, character = scene.name, scene.wayfarer.character
+    if with_clips:
+        if character is None:
+            raise ExportError(
+                "There is no character whose clips could be exported; choose one, or leave the clips out."
+            )
+        check_exportable(character)
     page = _README.format(
-        scene=scene.name,
+        scene=scene_name,
         character=character.name if character else "the character",
         nodes=counted(embedding.n_nodes, "node"),
         links=counted(embedding.n_links, "link"),
@@ -54,24 +66,30 @@ def write_engine_folder(
         reader = READER.read_bytes()
     except OSError as error:
         raise ExportError(f"'{READER}' cannot be read: {error.strerror}; install Wayfarer again.") from None
-    files = {**engine_files(embedding, with_table), READER.name: reader, "README.md": page.encode()}
-    check_folder(folder, [*files, CLIPS_FILE] if with_clips else files)
+    files = yield from portion(engine_files_steps(embedding, with_table), 0.0, 0.4 if with_clips else 1.0)
+    files |= {READER.name: reader, PAGE_FILE: page.encode()}
+    if with_clips:
+        yield Progress(0.4, "Exporting clips")
+        files[CLIPS_FILE] = _clips_file(bpy.data.scenes[scene_name], embedding.graph)
+    # Whoever has pressed Esc meanwhile is heard before anything is written.
+    yield Progress(1.0, "Writing files")
+    return files
+
+
+def write_engine_folder(folder: Path, files: dict[str, bytes | bytearray]) -> None:
+    """Write the files; clips and table of an earlier export that are not among them are removed.
+
+    Raises ExportError if a file in the folder is not ours to replace, StorageError if one cannot be written or removed.
+    """
     write_files(folder, files)
     # They belong to another embedding now.
-    wanted = {TABLE_FILE: with_table, CLIPS_FILE: with_clips}
-    remove_earlier(folder, [name for name in wanted if not wanted[name]])
-    if not with_clips:
-        return list(files)
-    _write_clips(scene, embedding.graph, folder / CLIPS_FILE)
-    remember(folder, [CLIPS_FILE])
-    return [*files, CLIPS_FILE]
+    remove_earlier(folder, [name for name in (TABLE_FILE, CLIPS_FILE) if name not in files])
 
 
-def _write_clips(scene, graph: MotionGraph, path: Path) -> None:
-    """The clips that the graph plays: the character's own actions, and those that only Wayfarer knows, baked."""
+def _clips_file(scene, graph: MotionGraph) -> bytes:
+    """The clips that the graph plays as a .glb file: the character's own actions, and those that only Wayfarer knows,
+    baked. In one go, after which nothing is left of it."""
     character = scene.wayfarer.character
-    if character is None:
-        raise ExportError("There is no character whose clips could be exported; choose one, or leave the clips out.")
     own = {action.name: action for action in scene.wayfarer.used_actions()}
     names = dict.fromkeys(graph.clips[segment.clip].name for segment in graph.segments)
     clips = {clip.name: clip for clip in graph.clips}
@@ -83,7 +101,12 @@ def _write_clips(scene, graph: MotionGraph, path: Path) -> None:
             if name not in own:
                 baked.append(write_clip(character, clips[name], name))
             actions.append((name, own[name] if name in own else baked[-1]))
-        export_clips(character, actions, path)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / CLIPS_FILE
+            export_clips(character, actions, path)
+            return path.read_bytes()
+    except OSError as error:
+        raise ExportError(f"The clips cannot be exported: {error}; make room for temporary files.") from None
     finally:
         for action in baked:
             bpy.data.actions.remove(action)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ..core.errors import ExportError, StorageError
@@ -35,7 +35,7 @@ def remember(folder: Path, names: Iterable[str]) -> None:
     write_whole(folder / _LIST, (json.dumps(known, indent=1) + "\n").encode())
 
 
-def write_files(folder: Path, files: dict[str, bytes]) -> None:
+def write_files(folder: Path, files: Mapping[str, bytes | bytearray]) -> None:
     """Write files, each whole or not at all; ExportError if one is not ours to replace, StorageError if that fails."""
     check_folder(folder, files)
     written = []

@@ -15,6 +15,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from numbers import Real
+from typing import Any
 
 import bpy
 import numpy as np
@@ -308,7 +309,7 @@ def _keep(scene, group) -> None:
     except (AttributeError, TypeError):
         found = {}
     # Nothing else is ours, and groups inside it are gone with it.
-    stored = {name: part for name, part in found.items() if isinstance(part, bytes | str | int | float)}
+    stored: dict[str, Any] = {name: part for name, part in found.items() if isinstance(part, bytes | str | int | float)}
     uid = scene.session_uid
 
     def read(found: SceneResults) -> None:

@@ -19,6 +19,14 @@ from .read_actions import source_frame_rate
 _EXPORTER = "io_scene_gltf2"
 
 
+def check_exportable(armature_object) -> None:
+    """ExportError if the exporter would not find the armature."""
+    if armature_object.name not in bpy.context.view_layer.objects:
+        raise ExportError(
+            f"'{armature_object.name}' is in no collection that the view layer shows; include its collection to export."
+        )
+
+
 def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]], path: Path) -> None:
     """Write an armature, the meshes that it moves and the given (name, action) pairs, each an animation of that name.
 
@@ -29,11 +37,8 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
     """
     if not addon_utils.check(_EXPORTER)[1]:
         addon_utils.enable(_EXPORTER)
+    check_exportable(armature_object)
     view_layer = bpy.context.view_layer
-    if armature_object.name not in view_layer.objects:
-        raise ExportError(
-            f"'{armature_object.name}' is in no collection that the view layer shows; include its collection to export."
-        )
     wanted = [armature_object, *_moved_meshes(armature_object, view_layer)]
     with _in_a_window(), _stand_ins(wanted) as (copies, names), _selected(copies, view_layer), _quiet() as said:
         _lay_tracks(copies[0], armature_object, actions)

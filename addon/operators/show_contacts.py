@@ -7,6 +7,7 @@ from ...core.progress import Progress, portion
 from ..inputs import read_character_steps
 from ..jobs import LongOperator
 from ..render.contact_strip import ClipContacts, contact_strip
+from ..render.image_editor import show_in_editor
 from ..render.raster import put_in_image
 from ..state import keep_contacts
 from ..text import counted
@@ -38,19 +39,9 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
         for clip in found:
             keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
         image = put_in_image(IMAGE_NAME, contact_strip(found))
-        _open_in_editor(context, image)
-        self.report({"INFO"}, f"Contacts of {counted(len(found), 'clip')} are in the image '{image.name}'")
-
-
-def _open_in_editor(context, image) -> None:
-    """In the first Image Editor that is open, or in a window of its own."""
-    windows = context.window_manager.windows
-    areas = [area for window in windows for area in window.screen.areas if area.type == "IMAGE_EDITOR"]
-    if not areas:
-        if bpy.app.background or context.window is None:
-            return
-        bpy.ops.wm.window_new()
-        area = windows[-1].screen.areas[0]
-        area.type = "IMAGE_EDITOR"
-        areas = [area]
-    areas[0].spaces.active.image = image
+        shown = show_in_editor(context, image)
+        self.report(
+            {"INFO"},
+            f"Contacts of {counted(len(found), 'clip')} are in the image '{image.name}'"
+            + ("" if shown else "; open an Image Editor to see it"),
+        )

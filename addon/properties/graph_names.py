@@ -8,7 +8,9 @@ def segment_names(settings, context, typed: str) -> list[str]:
 
 def clip_names(settings, context, typed: str) -> list[str]:
     graph = _graph(settings)
-    played = sorted({segment.clip for segment in graph.segments}) if graph is not None else ()
+    if graph is None:
+        return []
+    played = sorted({segment.clip for segment in graph.segments})
     return matching((graph.clips[clip].name for clip in played), typed)
 
 

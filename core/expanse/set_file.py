@@ -46,7 +46,7 @@ def read_set(path: Path) -> list[int]:
     raise EmbeddingError(f"'{path}' is damaged; delete it and run the embedding again.")
 
 
-def write_whole(path: Path, raw: bytes) -> None:
+def write_whole(path: Path, raw: bytes | bytearray) -> None:
     """Write a file so that whoever looks finds all of it or none; StorageError if that cannot be done."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

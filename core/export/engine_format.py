@@ -26,6 +26,7 @@ end (x + dx, y + dy, heading + turn, segment k) is a node too. Every node has su
 import hashlib
 import io
 import json
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,8 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edit_profile
 from ..errors import NOTHING_FITS, ExportError
 from ..motion.graph import MotionGraph, MotionSegment
-from .table import engine_table
+from ..progress import Progress, finish, portion
+from .table import engine_table_steps
 
 FORMAT, VERSION = "wayfarer engine embedding", 1
 HEADER_FILE, ARRAYS_FILE, TABLE_FILE = "embedding.json", "embedding.npz", "embedding.table"
@@ -45,14 +47,27 @@ def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, byt
 
     Raises ExportError if there is nothing to walk, or the table would be too large.
     """
+    return finish(engine_files_steps(embedding, with_table))
+
+
+def engine_files_steps(
+    embedding: Embedding, with_table: bool = True
+) -> Generator[Progress, None, dict[str, bytes | bytearray]]:
+    """The files of an embedding, by their names; yields progress. Raises as :func:`engine_files`."""
     if not embedding.n_nodes:
         raise ExportError(f"There is nothing to export: {NOTHING_FITS}")
-    files: dict[str, bytes | bytearray] = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
+    table = None
     if with_table:
-        files[TABLE_FILE] = engine_table(embedding)
+        # First, because it can be too large.
+        table = yield from portion(engine_table_steps(embedding), 0.0, 0.9)
+    yield Progress(0.9, "Packing planes")
+    files: dict[str, bytes | bytearray] = {ARRAYS_FILE: _npz(engine_arrays(embedding))}
     header = engine_header(embedding)
     header["sha256"] = hashlib.sha256(files[ARRAYS_FILE]).hexdigest()
-    header["table"] = _told(TABLE_FILE, files[TABLE_FILE]) if with_table else None
+    header["table"] = None
+    if table is not None:
+        files[TABLE_FILE] = table
+        header["table"] = _told(TABLE_FILE, table)
     return {HEADER_FILE: (json.dumps(header, indent=1) + "\n").encode(), **files}
 
 

@@ -8,6 +8,7 @@ from bl_ext.user_default.wayfarer.addon import inputs, state
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.operators.show_contacts import IMAGE_NAME
 from bl_ext.user_default.wayfarer.addon.render.contact_strip import LEFT, RIGHT, ClipContacts, contact_strip
+from bl_ext.user_default.wayfarer.addon.render.image_editor import show_in_editor
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 
@@ -52,6 +53,24 @@ def test_the_image_shows_every_clip(settings):
     assert image.packed_file is not None
     operators.show_contacts()
     assert [image.name for image in bpy.data.images] == [IMAGE_NAME]
+
+
+def test_the_image_appears_in_the_first_image_editor(settings):
+    windows = bpy.context.window_manager.windows
+    if not windows:
+        pytest.skip("no window to open an Image Editor in")
+    areas = [area for window in windows for area in window.screen.areas]
+    assert not [area for area in areas if area.type == "IMAGE_EDITOR"]
+    blank = bpy.data.images.new("Blank", 4, 4)
+    # Nowhere to show it, and nobody who would look at a window of its own.
+    assert not show_in_editor(bpy.context, blank)
+    assert [area for window in windows for area in window.screen.areas] == areas
+    for area in areas[:2]:
+        area.type = "IMAGE_EDITOR"
+        area.spaces.active.image = blank
+    operators.show_contacts()
+    shown = [area.spaces.active.image.name for area in areas[:2]]
+    assert shown == [IMAGE_NAME, *["Blank"] * len(shown[1:])]
 
 
 def test_the_strip_is_filled_where_feet_are_planted():

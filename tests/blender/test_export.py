@@ -5,6 +5,7 @@ import os
 import struct
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import bpy
@@ -14,6 +15,11 @@ import pytest
 from bl_ext.user_default.wayfarer.addon import command, state
 from bl_ext.user_default.wayfarer.addon.bridge.export_gltf import export_clips
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PROPERTY
+from bl_ext.user_default.wayfarer.addon.engine_folder import CLIPS_FILE, engine_folder_steps, write_engine_folder
+from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
+from bl_ext.user_default.wayfarer.core.errors import ExportError
+from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files
+from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.tuning.budget import table_bytes
 
 
@@ -32,6 +38,19 @@ def seconds_of(content: dict, animation: dict) -> tuple[float, float]:
         min(content["accessors"][i]["min"][0] for i in inputs),
         max(content["accessors"][i]["max"][0] for i in inputs),
     )
+
+
+def few_clips(settings):
+    for clip in settings.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+
+
+def hide_character(settings):
+    """No collection that the view layer shows has it."""
+    for collection in settings.character.users_collection:
+        children = bpy.context.view_layer.layer_collection.children
+        next(child for child in children if child.collection == collection).exclude = True
+    bpy.context.view_layer.update()
 
 
 def embedded():
@@ -57,8 +76,7 @@ def scene_state():
 
 def test_a_folder_for_engines(sample_settings, tmp_path):
     sample_settings.graph.mirror_clips = True
-    for clip in sample_settings.clips:
-        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    few_clips(sample_settings)
     # An action of its own rate plays as fast as it was meant to.
     slow = next(clip.action for clip in sample_settings.clips if clip.use)
     slow[FRAME_RATE_PROPERTY] = 60.0
@@ -105,10 +123,72 @@ def test_a_folder_for_engines(sample_settings, tmp_path):
     assert told.stdout.startswith(f"{embedding.n_nodes:,} nodes")
 
 
+@pytest.mark.parametrize("reached", ["", "Counting links", "Listing links", "Exporting clips", "Writing files"])
+def test_cancelled_it_leaves_nothing(sample_settings, tmp_path, reached):
+    """Whoever presses Esc closes the generator."""
+    few_clips(sample_settings)
+    sample_settings.graph.mirror_clips = reached == "Writing files"
+    embedding = embedded()
+    folder = tmp_path / "engine"
+    before, temporary = scene_state(), set(Path(tempfile.gettempdir()).iterdir())
+    steps = engine_folder_steps(bpy.context.scene, embedding, folder)
+    fractions = []
+    while reached:
+        progress = next(steps)
+        fractions.append(progress.fraction)
+        assert scene_state() == before
+        if progress.message == reached:
+            break
+    steps.close()
+    assert fractions == sorted(fractions) and all(0 <= fraction <= 1 for fraction in fractions)
+    assert scene_state() == before and not folder.exists()
+    assert not [path for path in set(Path(tempfile.gettempdir()).iterdir()) - temporary if (path / CLIPS_FILE).exists()]
+
+
+def test_the_steps_make_what_is_exported(sample_settings, tmp_path):
+    """Stepped by a timer, as in a window, or at once."""
+    few_clips(sample_settings)
+    embedding = embedded()
+    operator = bpy.types.WAYFARER_OT_export_engine
+    assert issubclass(operator, LongOperator) and operator.bl_options == {"REGISTER", "UNDO"}
+    told = []
+    files = finish(engine_folder_steps(bpy.context.scene, embedding, tmp_path / "steps"), told.append)
+    assert len(told) > 100 and told[-1].message == "Writing files"
+    assert not (tmp_path / "steps").exists()
+    write_engine_folder(tmp_path / "steps", files)
+    assert bpy.ops.wayfarer.export_engine(directory=str(tmp_path / "operator")) == {"FINISHED"}
+    written = [
+        {path.name: path.read_bytes() for path in folder.iterdir()}
+        for folder in (tmp_path / "steps", tmp_path / "operator")
+    ]
+    assert written[0] == written[1] and set(written[0]) == {*files, ".wayfarer.json"}
+    # The same as ever for the embedding itself.
+    made = engine_files(embedding)
+    assert {name: written[0][name] for name in made} == made
+
+
+def test_what_is_refused_is_refused_before_the_work(sample_settings, tmp_path):
+    few_clips(sample_settings)
+    embedding = embedded()
+    scene = bpy.context.scene
+    for name in (CLIPS_FILE, "embedding.table", "README.md"):
+        (tmp_path / name).write_text("mine")
+        with pytest.raises(ExportError, match=f"'{name}' that Wayfarer did not write"):
+            next(engine_folder_steps(scene, embedding, tmp_path))
+        (tmp_path / name).unlink()
+    # What is left out does not matter.
+    (tmp_path / CLIPS_FILE).write_text("mine")
+    assert next(engine_folder_steps(scene, embedding, tmp_path, with_clips=False)).fraction == 0
+    (tmp_path / CLIPS_FILE).unlink()
+    hide_character(sample_settings)
+    with pytest.raises(ExportError, match="include its collection"):
+        next(engine_folder_steps(scene, embedding, tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_else_the_character_plays_is_not_exported(sample_settings, tmp_path):
     """Tracks and actions of the rig, of its meshes and of their shape keys, muted or not."""
-    for clip in sample_settings.clips:
-        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    few_clips(sample_settings)
     embedding = embedded()
     character = sample_settings.character
     mesh = next(obj for obj in bpy.data.objects if obj.type == "MESH" and obj.find_armature() == character)
@@ -214,10 +294,7 @@ def test_what_cannot_be_exported_is_said(sample_settings, tmp_path):
     in_the_way.write_text("")
     with pytest.raises(RuntimeError, match="cannot be written"):
         bpy.ops.wayfarer.export_engine(directory=str(in_the_way / "folder"))
-    layer = bpy.context.view_layer
-    for collection in sample_settings.character.users_collection:
-        child = next(child for child in layer.layer_collection.children if child.collection == collection)
-        child.exclude = True
+    hide_character(sample_settings)
     with pytest.raises(RuntimeError, match="include its collection"):
         bpy.ops.wayfarer.export_engine(directory=str(tmp_path / "out"))
 
@@ -254,8 +331,7 @@ def test_only_what_was_exported_before_is_replaced(sample_settings, tmp_path):
 
 def test_what_is_not_wanted_any_more_is_removed(sample_settings, tmp_path):
     """But only if Wayfarer wrote it, and nobody changed it."""
-    for clip in sample_settings.clips:
-        clip.use = clip.action.name.startswith(("walk", "turn_left"))
+    few_clips(sample_settings)
     embedded()
     optional = [tmp_path / "embedding.table", tmp_path / "clips.glb"]
 

@@ -11,8 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed
+from core.embedding.embedding import EmbeddingSettings, embed, restrict
 from core.embedding.footprint import FootprintSettings
 from core.embedding.link_reader import LinkReader
 from core.environment.environment import Environment, build_environment
@@ -20,9 +22,8 @@ from core.environment.grid import Grid
 from core.errors import ExportError
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.reach import time_to_reach
-from core.export import table
-from core.export.engine_format import engine_arrays, engine_files, engine_header
-from core.export.table import engine_table
+from core.export.engine_format import engine_arrays, engine_files, engine_files_steps, engine_header
+from core.export.table import engine_table, engine_table_steps
 from core.motion.graph import build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from core.playback.walk import Walk
@@ -160,8 +161,64 @@ def test_tables_that_are_too_large_are_refused():
         engine_table(replace(embedding, settings=replace(embedding.settings, memory_limit=needed - 1)))
 
 
-def test_tables_take_little_more_memory_than_they_are_large(monkeypatch):
-    monkeypatch.setattr(table, "_NODES_AT_ONCE", 200)
+def listed(embedding) -> bytes:
+    """The table, node by node and link by link."""
+    nx, ny, _, _ = embedding.shape
+    nodes = embedding.node_mask().transpose(3, 2, 0, 1)
+    number = np.cumsum(nodes).reshape(nodes.shape) - 1
+    reader, rows, begins, after = LinkReader(embedding), [], [0], []
+    for segment, heading, x, y in np.argwhere(nodes).tolist():
+        node = (x, y, heading, segment)
+        rows.append(node)
+        ends = [reader.follow(node, stencil) for stencil in reader.stencils_from(node).tolist()]
+        after += [number[end[3], end[2], end[0] % nx, end[1] % ny] for end in ends]
+        begins.append(len(after))
+    parts = (np.array(rows, "<u2"), np.array(begins, "<u4"), np.array(after, "<u4"))
+    return b"".join(part.tobytes() for part in parts)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000), tiled=st.booleans(), kept=st.sampled_from([1.0, 0.9]))
+def test_the_table_is_as_written_out(seed, tiled, kept):
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    if kept < 1:
+        # With planes that differ between segments that have the same children.
+        indices = np.argwhere(embedding.node_mask().transpose(3, 2, 0, 1).reshape(len(embedding.planes), -1))
+        indices = indices[np.random.default_rng(seed).random(len(indices)) < kept]
+        embedding = restrict(embedding, embedding.network.nodes(indices))
+    if embedding.n_nodes:
+        assert bytes(engine_table(embedding)) == listed(embedding)
+
+
+def test_files_are_made_in_steps():
+    clips = [clip for clip in sample_repertoire() if clip.name.startswith(("walk", "turn_left_90", "turn_right_90"))]
+    embedding = embed(build_motion_graph(clips), build_environment(Grid((12, 14, 12), 0.25), np.empty((0, 3, 3))))
+    assert embedding.n_nodes
+    told, steps = [], engine_files_steps(embedding)
+    while True:
+        try:
+            told.append(next(steps))
+        except StopIteration as stop:
+            files = stop.value
+            break
+    fractions = [progress.fraction for progress in told]
+    assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1
+    # One for each heading and merge at least, so that whoever presses Esc need not wait.
+    assert len(told) > 12 * len(embedding.network.members_of_merge)
+    assert list(dict.fromkeys(progress.message for progress in told)) == [
+        "Counting links",
+        "Listing links",
+        "Packing planes",
+    ]
+    assert files == engine_files(embedding) and bytes(files["embedding.table"]) == listed(embedding)
+    # What cannot be made is refused before any work.
+    small = replace(embedding, settings=replace(embedding.settings, memory_limit=1000))
+    for refused in (engine_table_steps(small), engine_files_steps(small)):
+        with pytest.raises(ExportError, match="leave the table out"):
+            next(refused)
+
+
+def test_tables_take_little_more_memory_than_they_are_large():
     clips = [clip for clip in sample_repertoire() if clip.name.startswith(("walk", "turn_left_90", "turn_right_90"))]
     embedding = embed(build_motion_graph(clips), build_environment(Grid((40, 40, 12), 0.25), np.empty((0, 3, 3))))
     size = table_bytes(embedding.n_nodes, embedding.n_links)
@@ -173,9 +230,6 @@ def test_tables_take_little_more_memory_than_they_are_large(monkeypatch):
     finally:
         tracemalloc.stop()
     assert len(raw) == size and peak < 2 * size
-    # However many are looked up together.
-    monkeypatch.setattr(table, "_NODES_AT_ONCE", 10**9)
-    assert engine_table(embedding) == raw
 
 
 def test_the_reader_says_that_there_is_no_table(tmp_path):
