@@ -11,6 +11,7 @@ import sys
 import time
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -478,7 +479,10 @@ def test_what_is_stopped_by_hand_goes_on(tmp_path):
     )
     command = [sys.executable, str(ROOT / "addon" / "cluster.py"), str(file), "--out", str(out)]
     command += ["--scheduler", "processes", "--workers", "2"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0)
+    # Also where the tests themselves were started in the background, which would have all heed it not.
+    listening = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, process_group=0, preexec_fn=listening, **pipes)
     try:
         while not list(out.rglob("journal.json")) and process.poll() is None:
             time.sleep(0.02)
