@@ -9,10 +9,10 @@ from bpy.app.handlers import persistent
 from ..core.embedding.embedding import Embedding
 from ..core.evaluation.extent import Extent
 from ..core.evaluation.variability import coverage_share
+from ..core.tuning.pruning import Pruning
 from .findings.finding import mark_of
 from .live import evaluation
 from .properties.floor_map import map_changed
-from .pruning import Pruning
 from .state import has_pending, redraw, results
 
 _REMEMBERED = 3

@@ -4,9 +4,9 @@ import contextlib
 from collections.abc import Generator
 
 from ..core.errors import EvaluationError
+from ..core.evaluation.query import query_nodes
 from ..core.progress import Progress
 from ..core.report.scene_report import Goal, ReportOptions, SceneReport, examine_scene_steps
-from .query import query_nodes
 from .state import embedding_of
 
 

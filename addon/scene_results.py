@@ -15,8 +15,8 @@ from ..core.evaluation.why_not import LostLinks
 from ..core.motion.graph import MotionGraph
 from ..core.motion.graph_summary import GraphSummary
 from ..core.playback.walk import Walk
+from ..core.tuning.pruning import Pruning
 from .examination import ClipHealth, ClipMotion
-from .pruning import Pruning
 from .render.contact_strip import ContactShares
 
 REMEMBERED = 3

@@ -29,8 +29,8 @@ from ..core.evaluation.why_not import LostLinks
 from ..core.motion.graph_archive import graph_from_bytes, graph_to_bytes
 from ..core.motion.graph_summary import summarize
 from ..core.playback.walk import Walk
+from ..core.tuning.pruning import pruning_from_plain, pruning_to_plain
 from .examination import ClipMotion
-from .pruning import pruning_from_plain, pruning_to_plain
 from .scene_changes import start_timer, stop_timer
 from .state import (
     MARK,

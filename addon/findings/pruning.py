@@ -7,8 +7,8 @@ from ...core.embedding.embedding import Embedding
 from ...core.progress import Progress
 from ...core.report.finding_tables import pruning_table
 from ...core.report.table import table
+from ...core.tuning.pruning import Pruning
 from ...core.tuning.pruning_curve import PruningCurve, pruning_curve_steps
-from ..pruning import Pruning
 from ..text import counted
 from .finding import PRUNING, PRUNING_CURVE, Finding
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ...core import wording
+from ...core.evaluation.query import Query
 from ...core.evaluation.reach import ReachField
 from ...core.report.finding_tables import reach_table
-from ..query import Query
 from .finding import REACH, Finding
 
 

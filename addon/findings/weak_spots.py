@@ -5,10 +5,9 @@ from collections.abc import Generator
 from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.weak_spots import Weakness, WeakSpot, WeakSpotSettings, weak_spots_steps
-from ...core.evaluation.why_not import Reason
+from ...core.evaluation.why_not import REASON_LABELS, Reason
 from ...core.progress import Progress
 from ...core.report.finding_tables import weak_spots_table
-from ..render.reason_colors import reason_legend
 from .finding import WEAK_SPOTS, Finding, Row
 
 _ICONS = {Weakness.UNREACHED: "CANCEL", Weakness.FEW_WAYS: "ERROR"}
@@ -36,7 +35,7 @@ def _row(spot: WeakSpot) -> Row:
     x, y = spot.position
     across = max(spot.high[0] - spot.low[0], spot.high[1] - spot.low[1])
     few = spot.weakness is Weakness.FEW_WAYS and spot.reason is Reason.EMBEDDED
-    reason = spot.weakness.value if few else reason_legend()[spot.reason.name][0]
+    reason = spot.weakness.value if few else REASON_LABELS[spot.reason]
     sentence = spot.describe() + "."
     return Row(
         wording.area(spot.area),

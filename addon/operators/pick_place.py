@@ -4,9 +4,9 @@ import time
 
 import bpy
 
+from ...core.evaluation.place import PlaceReport, place_report
 from ...core.evaluation.why_not import why_not_steps
 from ...core.progress import finish
-from ..place_report import PlaceReport, place_report
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
 from ..state import embedding_of, redraw, results
 from .asks_embedding import LooksAtEmbedding

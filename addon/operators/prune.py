@@ -2,11 +2,11 @@
 
 import bpy
 
+from ...core.tuning.pruning import prune_steps
 from ..findings.finding import keep_finding
 from ..findings.pruning import pruning_finding
 from ..jobs import LongOperator
 from ..pruned_embedding import keep_pruning
-from ..pruning import prune_steps
 from ..state import results, whole_of
 from ..text import amount, area, counted, share_of
 from .asks_embedding import AsksEmbedding

@@ -2,11 +2,11 @@
 
 import bpy
 
+from ...core.evaluation.query import query_steps
 from ..findings.finding import keep_finding
 from ..findings.reach import reach_finding
 from ..jobs import LongOperator
 from ..painting import paint_floor
-from ..query import query_steps
 from ..render.maps import map_of
 from ..render.maps.query import NAME, paint_query
 from ..render.viewport import show_colors

@@ -6,8 +6,8 @@ from typing import cast
 import bpy
 from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
+from ...core.evaluation.query import GoalKind, Query
 from ...core.evaluation.reach import PAPER_TIMES
-from ..query import GoalKind, Query
 from .enums import enum_items
 from .floor_map import map_changed
 from .graph_names import clip_names, matching, tag_names

@@ -4,8 +4,8 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.tuning.budget import BudgetSettings, Limit
+from ...core.tuning.pruning import PruningMethod, PruningSettings
 from ...core.tuning.skeleton import Places
-from ..pruning import PruningMethod, PruningSettings
 from .enums import enum_items
 
 _BUDGET = BudgetSettings()

@@ -9,6 +9,9 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
 from ..embedding.unroll import REPORTED_PATHS, unroll_steps
+from ..environment.environment import Environment
+from ..environment.grid import SUBDIVISION
+from ..environment.regions import RegionRule
 from ..progress import Progress, finish, portion
 from .floor import allowed_cells, ruled_cells
 
@@ -36,6 +39,20 @@ class Reason(IntEnum):
     """Endless walks pass there, but the embedding neither leads to them nor can be reached from them."""
     UNREACHABLE = 8
     """No segment fits there, or only walks that begin and end nowhere."""
+
+
+#: How each reason is named on maps and in reports.
+REASON_LABELS = {
+    Reason.EMBEDDED: "Can Go Here",
+    Reason.BLOCKED: "Too Near an Obstacle",
+    Reason.RULE: "Crossed by a Region's Rule",
+    Reason.FORBIDDEN: "Forbidden by Regions",
+    Reason.NO_WAY_OUT: "No Way Out",
+    Reason.NO_WAY_IN: "No Way In",
+    Reason.NO_MATCH: "Ways In and Out Do Not Match",
+    Reason.OTHER_COMPONENT: "Only in Another Component",
+    Reason.UNREACHABLE: "No Segment Fits",
+}
 
 
 def why_not(embedding: Embedding) -> np.ndarray:
@@ -93,6 +110,40 @@ def _places(network: StepNetwork, nodes: Nodes) -> np.ndarray:
             shared |= nodes[segment * n_blocks + block]
         planes += network.planes(shared)
     return np.stack([network.layout.unpack(plane) for plane in planes], axis=2)
+
+
+def floor_reasons(reasons: np.ndarray) -> np.ndarray:
+    """(nx, ny) uint8 :class:`Reason` of each cell, from those of its headings (nx, ny, n_headings).
+
+    EMBEDDED if any heading is; otherwise the most common one, and of equally common ones the first.
+    """
+    counts = np.stack([(reasons == reason).sum(axis=2) for reason in Reason], axis=2)
+    most = counts.argmax(axis=2)
+    embedded = counts[..., Reason.EMBEDDED] > 0
+    return np.where(embedded, int(Reason.EMBEDDED), most).astype(np.uint8)
+
+
+def rule_labels(environment: Environment) -> str:
+    """What the environment's regions require, if they all require the same."""
+    tags = {region.tag for region in environment.regions if region.rule is RegionRule.REQUIRE}
+    return f"Crossed by '{tags.pop()}' Only" if len(tags) == 1 else REASON_LABELS[Reason.RULE]
+
+
+def place_reason(reason: Reason, environment: Environment, x: int, y: int) -> str:
+    """The reason of a single cell in words, with the names of the regions whose rule must be kept there."""
+    middle = SUBDIVISION // 2
+    at = x * SUBDIVISION + middle, y * SUBDIVISION + middle
+    rules = [r for r in environment.regions if r.rule is not RegionRule.CONFINE and r.mask[at]]
+    if rules and reason in (Reason.RULE, Reason.FORBIDDEN):
+        words = [f"'{r.tag}' {'only' if r.rule is RegionRule.REQUIRE else 'not'} ({r.name})" for r in rules]
+        return f"Rule of the region: {', '.join(words)}"
+    return REASON_LABELS[reason]
+
+
+def reason_shares(floor: np.ndarray) -> dict[str, float]:
+    """The share (0 to 1) of the floor that each reason has, by its name; those without any left out."""
+    counts = np.bincount(floor.ravel(), minlength=len(Reason)).tolist()
+    return {reason.name: float(counts[reason] / floor.size) for reason in Reason if counts[reason]}
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,15 @@ from bl_ext.user_default.wayfarer.addon.operators.paint_map import FLOOR_NAME
 from bl_ext.user_default.wayfarer.addon.properties import MapQuantity
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.render.map_colors import linear
-from bl_ext.user_default.wayfarer.addon.render.reason_colors import (
-    floor_reasons,
-    reason_colors,
-    reason_legend,
-    reason_shares,
-)
+from bl_ext.user_default.wayfarer.addon.render.reason_colors import reason_colors, reason_legend
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells, ruled_cells
-from bl_ext.user_default.wayfarer.core.evaluation.why_not import Reason, lost_links, why_not
+from bl_ext.user_default.wayfarer.core.evaluation.why_not import (
+    Reason,
+    floor_reasons,
+    lost_links,
+    reason_shares,
+    why_not,
+)
 
 operators = bpy.ops.wayfarer
 

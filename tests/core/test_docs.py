@@ -16,7 +16,7 @@ from core.embedding.settings import EmbeddingSettings
 from core.evaluation.ablation import COLLAPSED_SHARE, IMPORTANT_FLOOR, IMPORTANT_PLACES, SPARE_SHARE
 from core.evaluation.geodesic import REACH
 from core.evaluation.weak_spots import WeakSpotSettings
-from core.evaluation.why_not import Reason
+from core.evaluation.why_not import REASON_LABELS, Reason
 from core.motion.contacts import ContactSettings
 from core.motion.distance import CostSettings
 from core.motion.doctor import FindingKind
@@ -154,16 +154,9 @@ def test_every_finding_is_explained():
 
 
 def test_every_reason_is_explained():
-    explained, labels = {row[0] for row in table_rows(GUIDE, "## Maps")}, _reason_labels()
+    explained, labels = {row[0] for row in table_rows(GUIDE, "## Maps")}, REASON_LABELS.values()
     # All but that of places that can be reached.
     assert len(labels) == len(Reason) and set(labels) - explained == {"Can Go Here"}
-
-
-def _reason_labels() -> list[str]:
-    """The labels that the interface gives to reasons."""
-    tree = dict(sources("addon"))["addon/render/reason_colors.py"]
-    tables = [node for node in ast.walk(tree) if isinstance(node, ast.Dict)]
-    return [value.value for table in tables for value in table.values if isinstance(value, ast.Constant)]
 
 
 def test_every_map_is_explained():

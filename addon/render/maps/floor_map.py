@@ -8,8 +8,8 @@ import numpy as np
 
 from ....core import wording
 from ....core.embedding.embedding import Embedding
+from ....core.evaluation.query import Query
 from ....core.progress import Progress
-from ...query import Query
 from ..map_legend import MapLegend, Swatch
 from ..palettes import Palette, Scale, scale_of
 

@@ -4,9 +4,9 @@ from collections.abc import Generator
 
 from ....core import wording
 from ....core.embedding.embedding import Embedding
+from ....core.evaluation.query import Query, query_steps
 from ....core.evaluation.reach import ReachField
 from ....core.progress import Progress
-from ...query import Query, query_steps
 from .floor_map import FloorMap, MapOptions, PaintedMap
 from .times import paint_times
 

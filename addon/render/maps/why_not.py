@@ -4,11 +4,11 @@ from collections.abc import Generator
 
 from ....core import wording
 from ....core.embedding.embedding import Embedding
-from ....core.evaluation.why_not import Reason, why_not_steps
+from ....core.evaluation.why_not import Reason, floor_reasons, reason_shares, rule_labels, why_not_steps
 from ....core.progress import Progress
 from ...text import counted
 from ..map_legend import MapLegend, Swatch
-from ..reason_colors import floor_reasons, reason_colors, reason_legend, reason_shares, rule_labels
+from ..reason_colors import reason_colors, reason_legend
 from .floor_map import FloorMap, MapOptions, PaintedMap
 
 

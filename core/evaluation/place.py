@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.embedding.embedding import Embedding
-from ..core.evaluation.why_not import Reason
-from .render.reason_colors import floor_reasons, place_reason
-from .text import angle, counted, number, place
+from ..embedding.embedding import Embedding
+from ..wording import angle, counted, number, place
+from .why_not import Reason, floor_reasons, place_reason
 
 
 @dataclass(frozen=True)

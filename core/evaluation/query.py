@@ -4,10 +4,12 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from enum import Enum
 
-from ..core.embedding.embedding import Embedding
-from ..core.embedding.network import Nodes
-from ..core.errors import EvaluationError
-from ..core.evaluation.goals import (
+from ..embedding.embedding import Embedding
+from ..embedding.network import Nodes
+from ..errors import EvaluationError
+from ..progress import Progress
+from ..wording import place
+from .goals import (
     goal_after,
     goal_at,
     goal_in_region,
@@ -15,9 +17,7 @@ from ..core.evaluation.goals import (
     goal_with_tag,
     segments_of_clip,
 )
-from ..core.evaluation.reach import PAPER_TIMES, ReachField, time_from_steps, time_to_reach_steps
-from ..core.progress import Progress
-from .text import place
+from .reach import PAPER_TIMES, ReachField, time_from_steps, time_to_reach_steps
 
 
 class GoalKind(Enum):

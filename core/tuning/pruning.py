@@ -4,14 +4,14 @@ from collections.abc import Generator
 from dataclasses import asdict, dataclass
 from enum import Enum
 
-from ..core.embedding.embedding import Embedding, with_nodes
-from ..core.errors import EmbeddingError
-from ..core.evaluation.extent import Extent, extent
-from ..core.progress import Progress, portion
-from ..core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
-from ..core.tuning.global_pruning import prune_global_steps
-from ..core.tuning.local_pruning import prune_local_steps
-from .text import counted, memory, share
+from ..embedding.embedding import Embedding, with_nodes
+from ..errors import EmbeddingError
+from ..evaluation.extent import Extent, extent
+from ..progress import Progress, portion
+from ..wording import counted, memory, share
+from .budget import BudgetSettings, Limit, prune_to_budget_steps
+from .global_pruning import prune_global_steps
+from .local_pruning import prune_local_steps
 
 
 class PruningMethod(Enum):
