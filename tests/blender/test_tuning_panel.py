@@ -197,8 +197,8 @@ def test_both_embeddings_outlive_the_file(settings, tmp_path):
 
 
 def test_a_pruned_embedding_that_does_not_fit_is_refused(settings, tmp_path):
-    from bl_ext.user_default.wayfarer.addon import pruning
     from bl_ext.user_default.wayfarer.core.errors import EmbeddingError
+    from bl_ext.user_default.wayfarer.core.tuning import pruning
 
     run("prune")
     plain = pruning.pruning_to_plain(found().pruning)
