@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.playback.walk import nearest_node, random_walk_steps
+from ...core.playback.walk import WalkSettings, nearest_node, random_walk_steps
 from ...core.playback.wandering import wandering_walk_steps
 from ...core.progress import Progress, portion
 from ..advice import start_advice
@@ -40,7 +40,7 @@ class WAYFARER_OT_walks_from(AsksEmbedding, LongOperator, bpy.types.Operator):
         for number in range(n_walks):
             yield Progress(number / n_walks, "Walking")
             start = nearest_node(embedding, place, rng)
-            steps = walking(embedding, rng, duration, start)
+            steps = walking(embedding, rng, WalkSettings(duration, start))
             walks.append((yield from portion(steps, number / n_walks, (number + 1) / n_walks)))
         return walks, place
 

@@ -9,8 +9,9 @@ from ...core.errors import WalkError
 from ...core.evaluation.environment_coverage import environment_coverage
 from ...core.evaluation.variability import floor_variability
 from ...core.motion.graph import MotionGraph
-from ...core.playback.crowd import Crowd, CrowdSettings, crowd, scattered_starts
-from ...core.playback.walk import random_walk
+from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
+from ...core.playback.walk import WalkSettings, random_walk_steps
+from ...core.progress import finish
 from ...core.report.chart import ColorBar, Swatch, Trace, map_chart
 from ...core.report.color_scale import GREYS, SERIES
 from ...core.report.drawing import Drawing
@@ -73,7 +74,8 @@ def draw_halls(hall: Place, two_steps: Place, graph: MotionGraph) -> tuple[dict[
         embedding = embeddings[name] = place.embed(graph)
         walks = ()
         if embedding.n_nodes:
-            walks = (FloorWalk(random_walk(embedding, np.random.default_rng(2), 60.0).root_path),)
+            walk = finish(random_walk_steps(embedding, np.random.default_rng(2), WalkSettings(60.0)))
+            walks = (FloorWalk(walk.root_path),)
         figures[f"figure_10_{name}"] = amount_chart(
             place.floor, place.layout.label, floor_variability(embedding), "ways", walks=walks
         )
@@ -142,7 +144,7 @@ def _crowd(embedding: Embedding, n_walkers: int, seconds: float) -> Crowd | None
         starts = scattered_starts(embedding, n_walkers, rng, 2 * settings.radius)
     except WalkError:
         return None
-    return crowd(embedding, starts, seconds, rng, settings)
+    return finish(crowd_steps(embedding, starts, seconds, rng, settings))
 
 
 def _walk_across_tiles(embedding: Embedding) -> np.ndarray:
@@ -150,7 +152,7 @@ def _walk_across_tiles(embedding: Embedding) -> np.ndarray:
     grid = embedding.environment.grid
     best = np.empty((0, 3))
     for seed in range(8):
-        path = random_walk(embedding, np.random.default_rng(seed), 90.0).root_path
+        path = finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(90.0))).root_path
         tile = np.floor((path[:, :2] - grid.origin) / grid.size).astype(int)
         outside = np.flatnonzero(np.any(np.abs(tile) > N_TILES // 2, axis=1))
         path = path[: outside[0] if len(outside) else len(path)]

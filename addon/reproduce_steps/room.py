@@ -11,7 +11,8 @@ from ...core.evaluation.environment_coverage import environment_coverage
 from ...core.evaluation.variability import floor_variability
 from ...core.motion.graph import MotionGraph
 from ...core.motion.repertoire import STEP_OBSTACLE
-from ...core.playback.walk import random_walk
+from ...core.playback.walk import WalkSettings, random_walk_steps
+from ...core.progress import finish
 from ...core.report.floor_chart import FloorWalk, amount_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import Table, table
@@ -124,12 +125,12 @@ def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms,
 def _walk_over_the_step(embedding: Embedding, beyond: np.ndarray):
     """The first of many random walks of a minute that comes to both sides of the step; the last one if none does."""
     rng = np.random.default_rng(0)
-    walk = random_walk(embedding, rng, 60.0)
+    walk = finish(random_walk_steps(embedding, rng, WalkSettings(60.0)))
     for _ in range(30):
         sides = beyond[tuple(walk.states[:, :2].T)]
         if sides.any() and not sides.all():
             break
-        walk = random_walk(embedding, rng, 60.0)
+        walk = finish(random_walk_steps(embedding, rng, WalkSettings(60.0)))
     return walk
 
 

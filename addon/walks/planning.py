@@ -14,7 +14,7 @@ from ...core.playback.destination import destination
 from ...core.playback.directed import walk_through_steps
 from ...core.playback.loop import loop_steps
 from ...core.playback.performance import continued, perform_steps
-from ...core.playback.walk import Walk, nearest_node, random_node, random_walk_steps
+from ...core.playback.walk import Walk, WalkSettings, nearest_node, random_node, random_walk_steps
 from ...core.playback.wandering import wandering_walk_steps
 from ...core.progress import Progress, portion
 from ..properties.walk import ARRIVING, ActionKind, WalkStyle
@@ -32,23 +32,23 @@ def walk_steps(embedding: Embedding, request: WalkRequest) -> Generator[Progress
         x, y, heading, segment = walk.states[-1].tolist()
         nx, ny = embedding.shape[:2]
         start = x % nx, y % ny, heading, segment
-        further = yield from portion(wandering_walk_steps(embedding, rng, left, start), 0.7, 1.0)
+        further = yield from portion(wandering_walk_steps(embedding, rng, WalkSettings(left, start)), 0.7, 1.0)
         walk = continued(walk, further)
     return walk
 
 
 def _wander(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
-    return wandering_walk_steps(embedding, rng, request.duration, _start_node(embedding, request, rng))
+    return wandering_walk_steps(embedding, rng, WalkSettings(request.duration, _start_node(embedding, request, rng)))
 
 
 def _random(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
     start = _start_node(embedding, request, rng)
-    return random_walk_steps(embedding, rng, request.duration, start, request.weighting)
+    return random_walk_steps(embedding, rng, WalkSettings(request.duration, start, request.weighting))
 
 
 def _loop(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
     start = _start_node(embedding, request, rng)
-    return loop_steps(embedding, rng, request.duration, start, request.weighting)
+    return loop_steps(embedding, rng, WalkSettings(request.duration, start, request.weighting))
 
 
 def _through(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):

@@ -35,25 +35,20 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edit_profile
 from ..errors import NOTHING_FITS, ExportError
 from ..motion.graph import MotionGraph, MotionSegment
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .table import engine_table_steps
 
 FORMAT, VERSION = "wayfarer engine embedding", 1
 HEADER_FILE, ARRAYS_FILE, TABLE_FILE = "embedding.json", "embedding.npz", "embedding.table"
 
 
-def engine_files(embedding: Embedding, with_table: bool = True) -> dict[str, bytes | bytearray]:
+def engine_files_steps(
+    embedding: Embedding, with_table: bool = True
+) -> Generator[Progress, None, dict[str, bytes | bytearray]]:
     """The files of an embedding, by their names; the same embedding always makes the same bytes.
 
     Raises ExportError if there is nothing to walk, or the table would be too large.
     """
-    return finish(engine_files_steps(embedding, with_table))
-
-
-def engine_files_steps(
-    embedding: Embedding, with_table: bool = True
-) -> Generator[Progress, None, dict[str, bytes | bytearray]]:
-    """The files of an embedding, by their names; yields progress. Raises as :func:`engine_files`."""
     if not embedding.n_nodes:
         raise ExportError(f"There is nothing to export: {NOTHING_FITS}")
     table = None

@@ -18,7 +18,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import ExportError
-from ..progress import Progress, finish
+from ..progress import Progress
 from ..tuning.budget import table_bytes
 
 #: Links and nodes are numbered by 32 bits, parts of a node by 16.
@@ -31,17 +31,12 @@ _BYTES_BESIDE = 8
 _COUNTED = 0.1
 
 
-def engine_table(embedding: Embedding) -> bytearray:
+def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytearray]:
     """The table.
 
     Raises ExportError if its numbers do not fit, or making it would take more than ``embedding.settings.memory_limit``
     bytes.
     """
-    return finish(engine_table_steps(embedding))
-
-
-def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytearray]:
-    """The table; yields progress. Raises as :func:`engine_table` before it does."""
     size = _size(embedding)
     yield Progress(0.0, "Counting links")
     network, (nx, ny, n_headings, n_segments) = embedding.network.by_plane, embedding.shape

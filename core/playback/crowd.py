@@ -17,7 +17,7 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
-from ..progress import Progress, finish
+from ..progress import Progress
 from .reservation import Reservation, StencilPaths
 from .walk import Trail, Walk, refuse_bad_duration, refuse_empty
 from .weighted import Memory, Weighting, probabilities, uniform
@@ -136,13 +136,13 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
     return nodes
 
 
-def crowd(
+def crowd_steps(
     embedding: Embedding,
     starts: Sequence[Node],
     duration: float,
     rng: np.random.Generator,
     settings: CrowdSettings | None = None,
-) -> Crowd:
+) -> Generator[Progress, None, Crowd]:
     """Walks of at least ``duration`` seconds from all ``starts`` that keep clear of each other at every frame.
 
     Those that cannot be served are left out, and named with the reason.
@@ -156,17 +156,6 @@ def crowd(
     WalkError
         The embedding is empty, a start is no node of it, or the duration is not positive.
     """
-    return finish(crowd_steps(embedding, starts, duration, rng, settings))
-
-
-def crowd_steps(
-    embedding: Embedding,
-    starts: Sequence[Node],
-    duration: float,
-    rng: np.random.Generator,
-    settings: CrowdSettings | None = None,
-) -> Generator[Progress, None, Crowd]:
-    """As :func:`crowd`, as a generator that yields progress."""
     settings = settings or CrowdSettings()
     refuse_bad_duration(duration)
     refuse_empty(embedding)

@@ -19,7 +19,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
-from ..progress import Progress, finish
+from ..progress import Progress
 from .directed import rows_of
 from .reservation import StencilPaths
 from .walk import Trail, Walk, refuse_empty
@@ -60,12 +60,12 @@ class CurveSettings:
             raise WalkError("Following a curve needs a positive weight of time and a beam of at least one node.")
 
 
-def walk_along(
+def walk_along_steps(
     embedding: Embedding,
     curve: np.ndarray | Sequence[Sequence[float]],
     settings: CurveSettings | None = None,
     start: Node | Nodes | None = None,
-) -> Walk:
+) -> Generator[Progress, None, Walk]:
     """The walk along a curve that stays nearest to it, in mean square over time, and does not tarry.
 
     Parameters
@@ -80,16 +80,6 @@ def walk_along(
         The curve is no line, nobody can stand near one of its ends, or no walk follows it: the message names the place
         where the last of them fails.
     """
-    return finish(walk_along_steps(embedding, curve, settings, start))
-
-
-def walk_along_steps(
-    embedding: Embedding,
-    curve: np.ndarray | Sequence[Sequence[float]],
-    settings: CurveSettings | None = None,
-    start: Node | Nodes | None = None,
-) -> Generator[Progress, None, Walk]:
-    """As :func:`walk_along`, as a generator that yields progress."""
     settings = settings or CurveSettings()
     refuse_empty(embedding)
     reader = LinkReader(embedding)

@@ -11,20 +11,14 @@ from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
 from ..evaluation.reach import merged_frames_steps
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .course import NEVER, Course, keep_to_steps
-from .walk import Trail, Walk, refuse_empty
+from .walk import NOT_A_START, Trail, Walk, refuse_empty
 
 
-def shortest_walk(embedding: Embedding, start: Node | Nodes, goal: Nodes, limit: float | None = None) -> Walk:
-    """The quickest walk from a start to a goal; of several, the one with the least root edit.
-
-    See :func:`walk_through`, with a single goal.
-    """
-    return walk_through(embedding, start, [goal], limit)
-
-
-def walk_through(embedding: Embedding, start: Node | Nodes, goals: Sequence[Nodes], limit: float | None = None) -> Walk:
+def walk_through_steps(
+    embedding: Embedding, start: Node | Nodes, goals: Sequence[Nodes], limit: float | None = None
+) -> Generator[Progress, None, Walk]:
     """The quickest walk that stands at a node of each goal, one goal after the other.
 
     The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
@@ -46,13 +40,6 @@ def walk_through(embedding: Embedding, start: Node | Nodes, goals: Sequence[Node
     EmbeddingError
         The times would take more memory than the embedding's settings allow.
     """
-    return finish(walk_through_steps(embedding, start, goals, limit))
-
-
-def walk_through_steps(
-    embedding: Embedding, start: Node | Nodes, goals: Sequence[Nodes], limit: float | None = None
-) -> Generator[Progress, None, Walk]:
-    """As :func:`walk_through`, as a generator that yields progress."""
     refuse_empty(embedding)
     reader = LinkReader(embedding)
     starts = start_nodes(reader, start)
@@ -85,7 +72,7 @@ def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
     else:
         nodes = rows_of(reader.embedding, start)
     if not len(nodes):
-        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
+        raise WalkError(NOT_A_START)
     return nodes
 
 

@@ -5,25 +5,20 @@ from collections.abc import Generator
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.link_reader import Node
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .course import Course, keep_to_steps
 from .directed import course_steps
-from .walk import Trail, Walk, begin
-from .weighted import Memory, Weighting, probabilities, uniform
+from .walk import Trail, Walk, WalkSettings, begin
+from .weighted import Memory, Weighting, probabilities
 
 #: Walks tried until one lasts exactly as long as asked.
 ATTEMPTS = 60
 
 
-def loop(
-    embedding: Embedding,
-    rng: np.random.Generator,
-    duration: float,
-    start: Node | None = None,
-    weighting: Weighting = uniform,
-) -> Walk:
-    """A random walk of at least ``duration`` seconds that ends at the node where it began, arriving by its segment.
+def loop_steps(
+    embedding: Embedding, rng: np.random.Generator, settings: WalkSettings
+) -> Generator[Progress, None, Walk]:
+    """Walk by chance, and end at the node where the walk began, arriving by its segment.
 
     What follows its last frame is its first link: the loop closes with a transition like all others. The walker goes
     where the weighting leads while there is time, and then home by the quickest way. Several such walks are tried, and
@@ -31,36 +26,20 @@ def loop(
     short ones may not exist at that node. A loop around an edge of a tiled ground ends in another tile, at the same
     place of it.
 
-    Parameters
-    ----------
-    start : (x, y, heading, segment), optional
-        Node to start from and to return to; a random one by default.
-
     Raises
     ------
     WalkError
-        The embedding is empty, ``start`` is no node of it, or the duration is not positive.
+        The embedding is empty, or the start is no node of it.
     """
-    return finish(loop_steps(embedding, rng, duration, start, weighting))
-
-
-def loop_steps(
-    embedding: Embedding,
-    rng: np.random.Generator,
-    duration: float,
-    start: Node | None = None,
-    weighting: Weighting = uniform,
-) -> Generator[Progress, None, Walk]:
-    """As :func:`loop`, as a generator that yields progress."""
-    reader, node = begin(embedding, rng, duration, start)
-    wanted = int(np.ceil(duration * embedding.graph.frame_rate - 1e-6))
+    reader, node = begin(embedding, rng, settings.start)
+    wanted = int(np.ceil(settings.duration * embedding.graph.frame_rate - 1e-6))
     x, y, heading, segment = reader.wrapped(np.array([node]))[0].tolist()
     home = embedding.network.node(segment, heading, x, y)
     course = yield from portion(course_steps(embedding, [home]), 0.0, 0.6)
     best: Trail | None = None
     for attempt in range(ATTEMPTS):
         yield Progress(0.6 + 0.4 * attempt / ATTEMPTS, "Closing the loop")
-        trail = _roam(course, Trail(reader, node), wanted, rng, weighting)
+        trail = _roam(course, Trail(reader, node), wanted, rng, settings.weighting)
         if not np.array_equal(reader.wrapped(np.array([trail.node]))[0], [x, y, heading, segment]):
             way = yield from portion(keep_to_steps(reader, course, np.array([trail.node])), 0.6, 1.0)
             for stencil in way.stencils:

@@ -11,7 +11,7 @@ from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .course import link_edits
 from .directed import course_steps, last_frame, quickest_steps, start_nodes
 from .reservation import StencilPaths
@@ -45,7 +45,7 @@ class _Action:
     frame: int
 
 
-def perform(
+def perform_steps(
     embedding: Embedding,
     start: Node | Nodes,
     segments: Iterable[int],
@@ -53,7 +53,7 @@ def perform(
     radius: float,
     tag: str | None = None,
     limit: float | None = None,
-) -> Performance:
+) -> Generator[Progress, None, Performance]:
     """The quickest walk to where an action can begin so that its middle comes to lie near a place; and the action.
 
     Parameters
@@ -75,19 +75,6 @@ def perform(
     WalkError
         The action cannot be played there, or not in time, or the start is no node of the embedding.
     """
-    return finish(perform_steps(embedding, start, segments, position, radius, tag, limit))
-
-
-def perform_steps(
-    embedding: Embedding,
-    start: Node | Nodes,
-    segments: Iterable[int],
-    position: Sequence[float],
-    radius: float,
-    tag: str | None = None,
-    limit: float | None = None,
-) -> Generator[Progress, None, Performance]:
-    """As :func:`perform`, as a generator that yields progress."""
     refuse_empty(embedding)
     if not (np.isfinite(position).all() and radius >= 0):
         raise WalkError("The place of the action is not a number, or its radius is negative; choose another one.")

@@ -10,11 +10,40 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
 from ..embedding.link_reader import LinkReader, Node
 from ..errors import NOTHING_FITS, WalkError
-from ..progress import Progress, finish
+from ..progress import Progress
 from .weighted import Crossing, Memory, Weighting, probabilities, uniform
 
 #: Links between two reports of progress.
 REPORTED_LINKS = 100
+
+NOT_A_START = "The walk's start is no node of the embedding; choose a place inside the covered area."
+
+
+@dataclass(frozen=True)
+class WalkSettings:
+    """A walk that chance decides: how long it lasts, where it starts and which links it prefers.
+
+    Attributes
+    ----------
+    duration : float
+        Seconds that it lasts at least; it ends with a whole segment.
+    start : (x, y, heading, segment), optional
+        Node to start from; by default a random one.
+    weighting : Weighting
+        How likely each link is taken (:mod:`.weighted`); by default all alike. Wandering does not heed it.
+
+    Raises
+    ------
+    WalkError
+        The duration is not positive.
+    """
+
+    duration: float
+    start: Node | None = None
+    weighting: Weighting = uniform
+
+    def __post_init__(self):
+        refuse_bad_duration(self.duration)
 
 
 @dataclass(frozen=True)
@@ -107,13 +136,13 @@ class Trail:
 
 
 def refuse_bad_duration(duration: float) -> None:
-    """WalkError unless the duration is a positive number."""
+    """Raise WalkError unless the duration is a positive number."""
     if not (np.isfinite(duration) and duration > 0):
         raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
 
 
 def refuse_empty(embedding: Embedding) -> None:
-    """WalkError if nobody can walk."""
+    """Raise WalkError if nobody can walk."""
     if embedding.n_nodes == 0:
         raise WalkError(f"The embedding is empty: {NOTHING_FITS}")
 
@@ -143,67 +172,42 @@ def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> No
     return x, y, heading, segment
 
 
-def begin(
-    embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None
-) -> tuple[LinkReader, Node]:
-    """What every walk starts with: a reader of links, and the node to start from (a random one if ``start`` is None).
+def begin(embedding: Embedding, rng: np.random.Generator, start: Node | None) -> tuple[LinkReader, Node]:
+    """Return a reader of links, and the node to start from: a random one if ``start`` is None.
 
-    WalkError if the duration is not positive, the embedding empty or ``start`` no node of it.
+    WalkError if the embedding is empty or ``start`` no node of it.
     """
-    refuse_bad_duration(duration)
     reader = LinkReader(embedding)
-    state = random_node(embedding, rng) if start is None else start
-    if not reader.is_node(state):
-        raise WalkError("The walk's start is no node of the embedding; choose a place inside the covered area.")
-    return reader, state
+    node = random_node(embedding, rng) if start is None else start
+    if not reader.is_node(node):
+        raise WalkError(NOT_A_START)
+    return reader, node
 
 
-def random_walk(
-    embedding: Embedding,
-    rng: np.random.Generator,
-    duration: float,
-    start: Node | None = None,
-    weighting: Weighting = uniform,
-) -> Walk:
-    """A random walk of at least ``duration`` seconds.
+def random_walk_steps(
+    embedding: Embedding, rng: np.random.Generator, settings: WalkSettings
+) -> Generator[Progress, None, Walk]:
+    """Walk from link to link by chance.
 
-    It never meets a dead end: every node of the embedding has a link to go on.
-
-    Parameters
-    ----------
-    start : (x, y, heading, segment), optional
-        Node to start from; a random one by default.
-    weighting : Weighting
-        How likely each link is taken (:mod:`.weighted`); by default all alike.
+    The walk never meets a dead end: every node of the embedding has a link to go on.
 
     Raises
     ------
     WalkError
-        The embedding is empty, ``start`` is no node of it, the duration is not positive, or the weighting does not fit.
+        The embedding is empty, the start is no node of it, or the weighting does not fit.
     """
-    return finish(random_walk_steps(embedding, rng, duration, start, weighting))
-
-
-def random_walk_steps(
-    embedding: Embedding,
-    rng: np.random.Generator,
-    duration: float,
-    start: Node | None = None,
-    weighting: Weighting = uniform,
-) -> Generator[Progress, None, Walk]:
-    """As :func:`random_walk`, as a generator that yields progress."""
-    reader, node = begin(embedding, rng, duration, start)
+    reader, node = begin(embedding, rng, settings.start)
     trail, memory = Trail(reader, node), Memory(reader)
-    wanted = duration * embedding.graph.frame_rate - 1e-6
+    wanted = settings.duration * embedding.graph.frame_rate - 1e-6
     while trail.frames < wanted:
         if len(trail.stencils) % REPORTED_LINKS == 0:
             yield Progress(trail.frames / wanted, "Walking")
         memory.pass_by(trail.node)
-        trail.take(draw(rng, weighting, memory.crossing(trail.node)))
+        trail.take(draw(rng, settings.weighting, memory.crossing(trail.node)))
     return trail.walk()
 
 
 def draw(rng: np.random.Generator, weighting: Weighting, crossing: Crossing) -> int:
-    """One of the stencils that lead on, by their weights."""
+    """Draw one of the stencils that lead on, by their weights."""
     up_to = np.cumsum(probabilities(weighting, crossing))
     return int(crossing.stencils[min(np.searchsorted(up_to, rng.random(), side="right"), len(up_to) - 1)])

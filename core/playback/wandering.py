@@ -12,37 +12,27 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import Node
 from ..embedding.network import Nodes, difference, intersection
-from ..progress import Progress, finish
-from .walk import Trail, Walk, begin
+from ..progress import Progress
+from .walk import Trail, Walk, WalkSettings, begin
 
 #: Metres from one place to the next at the most: on large grounds the way to a far one costs more than it shows.
 FARTHEST = 10.0
 
 
-def wandering_walk(embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None = None) -> Walk:
-    """A walk of at least ``duration`` seconds through places drawn evenly from the covered floor around.
+def wandering_walk_steps(
+    embedding: Embedding, rng: np.random.Generator, settings: WalkSettings
+) -> Generator[Progress, None, Walk]:
+    """Walk through places drawn evenly from the covered floor around.
 
     Among the links that lead to the next place by the fewest segments, each is taken with the same probability.
-
-    Parameters
-    ----------
-    start : (x, y, heading, segment), optional
-        Node to start from; a random one by default.
 
     Raises
     ------
     WalkError
-        The embedding is empty, ``start`` is no node of it, or the duration is not positive.
+        The embedding is empty, or the start is no node of it.
     """
-    return finish(wandering_walk_steps(embedding, rng, duration, start))
-
-
-def wandering_walk_steps(
-    embedding: Embedding, rng: np.random.Generator, duration: float, start: Node | None = None
-) -> Generator[Progress, None, Walk]:
-    """As :func:`wandering_walk`, as a generator that yields progress."""
-    reader, start = begin(embedding, rng, duration, start)
-    trail, wanted = Trail(reader, start), duration * embedding.graph.frame_rate - 1e-6
+    reader, start = begin(embedding, rng, settings.start)
+    trail, wanted = Trail(reader, start), settings.duration * embedding.graph.frame_rate - 1e-6
     floor = np.argwhere(embedding.covered().any(axis=2))
     while trail.frames < wanted:
         rings = []

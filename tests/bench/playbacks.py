@@ -6,12 +6,13 @@ from scipy.sparse.csgraph import dijkstra
 from core.embedding.embedding import embed
 from core.evaluation.goals import goal_at
 from core.playback.cleanup import clean_feet
-from core.playback.crowd import crowd, scattered_starts
-from core.playback.curve import walk_along
-from core.playback.directed import rows_of, shortest_walk, walk_through
-from core.playback.loop import loop
+from core.playback.crowd import crowd_steps, scattered_starts
+from core.playback.curve import walk_along_steps
+from core.playback.directed import rows_of, walk_through_steps
+from core.playback.loop import loop_steps
 from core.playback.synthesis import synthesize
-from core.playback.walk import nearest_node, random_walk
+from core.playback.walk import WalkSettings, nearest_node, random_walk_steps
+from core.progress import finish
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 from tests.core.motion_graphs import sample_graph
@@ -21,14 +22,15 @@ def minute_of_walking() -> Benchmark:
     """A random walk of 60 s and its poses."""
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
-        run=lambda: synthesize(random_walk(embedding, np.random.default_rng(0), 60.0)),
+        run=lambda: synthesize(finish(random_walk_steps(embedding, np.random.default_rng(0), WalkSettings(60.0)))),
         counts=lambda clip: {"frames": clip.n_frames},
     )
 
 
 def foot_cleanup() -> Benchmark:
     """A minute of walking synthesised, with its feet held in place."""
-    walk = random_walk(embed(problems.graph(0.12), problems.room()), np.random.default_rng(0), 60.0)
+    embedding = embed(problems.graph(0.12), problems.room())
+    walk = finish(random_walk_steps(embedding, np.random.default_rng(0), WalkSettings(60.0)))
 
     def played():
         # Afresh, because clips remember where their joints are.
@@ -51,7 +53,7 @@ def way_across() -> Benchmark:
         return dijkstra(links, indices=row)[at_goal].min()
 
     return Benchmark(
-        run=lambda: shortest_walk(embedding, start, goal),
+        run=lambda: finish(walk_through_steps(embedding, start, [goal])),
         counts=lambda walk: {"frames": int(walk.seams[-1])},
         reference=by_links,
         reference_counts=lambda seconds: {"frames": round(seconds * embedding.graph.frame_rate)},
@@ -66,7 +68,8 @@ def way_through() -> Benchmark:
     start = nearest_node(embedding, (1.0, 1.0), np.random.default_rng(0))
     goals = [goal_at(embedding, corner, 0.3) for corner in ((6.0, 7.0), (6.0, 1.0), (1.0, 7.0))]
     return Benchmark(
-        run=lambda: walk_through(embedding, start, goals), counts=lambda walk: {"frames": int(walk.seams[-1])}
+        run=lambda: finish(walk_through_steps(embedding, start, goals)),
+        counts=lambda walk: {"frames": int(walk.seams[-1])},
     )
 
 
@@ -74,7 +77,7 @@ def closed_walk() -> Benchmark:
     """A loop of 30 s."""
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
-        run=lambda: loop(embedding, np.random.default_rng(3), 30.0),
+        run=lambda: finish(loop_steps(embedding, np.random.default_rng(3), WalkSettings(30.0))),
         counts=lambda walk: {"frames": int(walk.seams[-1])},
     )
 
@@ -85,7 +88,9 @@ def along_a_curve() -> Benchmark:
     angle = np.linspace(0, 2 * np.pi, 60)
     curve = np.column_stack([3.5 + 2.3 * np.cos(angle), 4 + 1.8 * np.sin(2 * angle)])
     return Benchmark(
-        run=lambda: walk_along(embedding, curve), counts=lambda walk: {"frames": int(walk.seams[-1])}, repeats=1
+        run=lambda: finish(walk_along_steps(embedding, curve)),
+        counts=lambda walk: {"frames": int(walk.seams[-1])},
+        repeats=1,
     )
 
 
@@ -94,7 +99,7 @@ def fifty_walkers() -> Benchmark:
     embedding = embed(sample_graph(), problems.room(20.0, 20.0))
     starts = scattered_starts(embedding, 50, np.random.default_rng(1), 0.8)
     return Benchmark(
-        run=lambda: crowd(embedding, starts, 60.0, np.random.default_rng(1)),
+        run=lambda: finish(crowd_steps(embedding, starts, 60.0, np.random.default_rng(1))),
         counts=lambda found: {
             "walkers": len(found.walks),
             "links": sum(map(len, found.walks)),

@@ -19,7 +19,8 @@ from bl_ext.user_default.wayfarer.core.motion.graph import MotionGraphSettings, 
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_repertoire, sample_skeleton
 from bl_ext.user_default.wayfarer.core.playback.cleanup import clean_feet
 from bl_ext.user_default.wayfarer.core.playback.synthesis import synthesize
-from bl_ext.user_default.wayfarer.core.playback.walk import random_walk
+from bl_ext.user_default.wayfarer.core.playback.walk import WalkSettings, random_walk_steps
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 MODES = ("QUATERNION", "AXIS_ANGLE", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
@@ -30,7 +31,7 @@ def walk():
     graph = build_motion_graph(clips, MotionGraphSettings())
     grid = Grid.over_rectangle((0, 0), (6, 6), 0.25, 12)
     embedding = embed(graph, build_environment(grid, np.empty((0, 3, 3))))
-    return random_walk(embedding, np.random.default_rng(1), 8.0)
+    return finish(random_walk_steps(embedding, np.random.default_rng(1), WalkSettings(8.0)))
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PR
 from bl_ext.user_default.wayfarer.addon.engine_folder import CLIPS_FILE, engine_folder_steps, write_engine_folder
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
 from bl_ext.user_default.wayfarer.core.errors import ExportError
-from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files
+from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files_steps
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.tuning.budget import table_bytes
 
@@ -163,7 +163,7 @@ def test_the_steps_make_what_is_exported(sample_settings, tmp_path):
     ]
     assert written[0] == written[1] and set(written[0]) == {*files, ".wayfarer.json"}
     # The same as ever for the embedding itself.
-    made = engine_files(embedding)
+    made = finish(engine_files_steps(embedding))
     assert {name: written[0][name] for name in made} == made
 
 

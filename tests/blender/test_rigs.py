@@ -17,7 +17,8 @@ from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 from bl_ext.user_default.wayfarer.core.motion.graph import build_motion_graph
 from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation
 from bl_ext.user_default.wayfarer.core.playback.synthesis import SynthesisSettings, synthesize
-from bl_ext.user_default.wayfarer.core.playback.walk import random_walk
+from bl_ext.user_default.wayfarer.core.playback.walk import WalkSettings, random_walk_steps
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 from .rigify_character import FULL, rigify_character
 from .rigs import (
@@ -98,7 +99,7 @@ class Studio:
         grid = Grid.over_rectangle((-4 * size, -4 * size), (4 * size, 4 * size), 0.25 * size, 12)
         settings = EnvironmentSettings(radius=0.25 * size)
         room = build_environment(grid, np.empty((0, 3, 3)), settings=settings)
-        walk = random_walk(embed(self.graph(name), room), np.random.default_rng(1), 8.0)
+        walk = finish(random_walk_steps(embed(self.graph(name), room), np.random.default_rng(1), WalkSettings(8.0)))
         assert np.ptp(walk.root_path[:, :2], axis=0).max() > 2 * size
         return walk
 

@@ -22,7 +22,8 @@ from core.environment.grid import Grid
 from core.errors import EmbeddingError, MotionGraphError
 from core.motion.graph import MotionGraph
 from core.motion.graph_archive import graph_from_bytes, graph_to_bytes, load_motion_graph, save_motion_graph
-from core.playback.walk import random_walk
+from core.playback.walk import WalkSettings, random_walk_steps
+from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
 from .reference import random_problem
@@ -66,7 +67,9 @@ def test_random_embeddings_come_back_to_the_last_bit(seed, tiled, footprint):
     assert_same(read, embedding)
     assert read.n_links == embedding.n_links
     if embedding.n_nodes:
-        walks = [random_walk(e, np.random.default_rng(seed), 2.0) for e in (read, embedding)]
+        walks = [
+            finish(random_walk_steps(e, np.random.default_rng(seed), WalkSettings(2.0))) for e in (read, embedding)
+        ]
         assert_same(*(walk.states for walk in walks))
         assert_same(*(walk.root_path for walk in walks))
 
@@ -79,7 +82,7 @@ def test_the_sample_character_comes_back_to_the_last_bit(tmp_path):
     assert_same(read, embedding)
     assert np.array_equal(read.node_mask(), embedding.node_mask())
     assert read.n_links == embedding.n_links
-    walks = [random_walk(e, np.random.default_rng(7), 20.0) for e in (read, embedding)]
+    walks = [finish(random_walk_steps(e, np.random.default_rng(7), WalkSettings(20.0))) for e in (read, embedding)]
     assert_same(*(walk.states for walk in walks))
     # Clips of one skeleton still share it, and what the embedding is part of can go on.
     assert len({id(clip.skeleton) for clip in read.graph.clips}) == len({id(c.skeleton) for c in embedding.graph.clips})

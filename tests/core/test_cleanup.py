@@ -18,12 +18,13 @@ from core.motion.repertoire import sample_repertoire, sample_skeleton
 from core.motion.skeleton import Skeleton
 from core.playback.cleanup import CleanupSettings, clean_feet, hold_plants
 from core.playback.companions import find_companions
-from core.playback.loop import loop
+from core.playback.loop import loop_steps
 from core.playback.plants import Plant, clip_plants, repeated, walk_plants
 from core.playback.quality import foot_slide
 from core.playback.synthesis import synthesize
 from core.playback.two_bone import Leg, find_leg, leg_turns
-from core.playback.walk import random_walk
+from core.playback.walk import WalkSettings, random_walk_steps
+from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
 
@@ -35,7 +36,8 @@ CLIP = sample_repertoire()[0]
 def walk(request):
     graph = recorded_graph(request.getfixturevalue("data_folder")) if request.param == "recorded" else sample_graph()
     grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24)
-    return random_walk(embed(graph, build_environment(grid, np.empty((0, 3, 3)))), np.random.default_rng(3), 40.0)
+    embedding = embed(graph, build_environment(grid, np.empty((0, 3, 3))))
+    return finish(random_walk_steps(embedding, np.random.default_rng(3), WalkSettings(40.0)))
 
 
 @pytest.fixture(scope="module")
@@ -251,7 +253,7 @@ def test_a_foot_without_a_leg_is_left_as_it_is():
 
 def test_feet_stand_on_where_a_loop_begins_anew(walk):
     """Two laps of a closed walk: the pose goes on, and a foot that stands at the end stands on."""
-    part = loop(walk.embedding, np.random.default_rng(2), 6.0)
+    part = finish(loop_steps(walk.embedding, np.random.default_rng(2), WalkSettings(6.0)))
     clip = synthesize(part, closed=True)
     cleaned = clean_feet(part, clip, closed=True).clip
     lap = clip.n_frames - 1

@@ -12,9 +12,10 @@ from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
-from core.playback.crowd import CrowdSettings, crowd, scattered_starts
+from core.playback.crowd import CrowdSettings, crowd_steps, scattered_starts
 from core.playback.reservation import StencilPaths
 from core.playback.walk import random_node
+from core.progress import finish
 
 from .explicit_walks import assert_links
 from .motion_graphs import sample_graph
@@ -46,7 +47,7 @@ def test_nobody_meets_and_everybody_is_accounted_for(seed, tiled):
     rng = np.random.default_rng(seed)
     starts = [random_node(embedding, rng) for _ in range(5)]
     radius = 0.6 * embedding.environment.grid.cell_size
-    found = crowd(embedding, starts, 1.0, rng, CrowdSettings(radius, patience=300))
+    found = finish(crowd_steps(embedding, starts, 1.0, rng, CrowdSettings(radius, patience=300)))
     assert sorted([*found.walkers, *(u.walker for u in found.unserved)]) == list(range(5))
     assert all(f"Walker {u.walker + 1} " in u.reason for u in found.unserved)
     for walker, walk in zip(found.walkers, found.walks, strict=True):
@@ -106,7 +107,7 @@ def test_who_is_shut_in_really_is(seed):
     rng = np.random.default_rng(seed)
     starts = [random_node(embedding, rng) for _ in range(2)]
     radius = rng.uniform(0.5, 1.5) * embedding.environment.grid.cell_size
-    found = crowd(embedding, starts, 0.6, rng, CrowdSettings(radius, patience=10**6, repairs=0))
+    found = finish(crowd_steps(embedding, starts, 0.6, rng, CrowdSettings(radius, patience=10**6, repairs=0)))
     assert found.walkers[0] == 0
     possible = walked_alone(embedding, starts[1], [found.walks[0].root_path], 18, radius)
     assert (found.walkers == (0, 1)) == possible
@@ -117,19 +118,19 @@ def test_twenty_in_a_room(tiled):
     embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (7, 7), 0.14, 16, tiled), []))
     starts = scattered_starts(embedding, 20, np.random.default_rng(1), 0.8)
     settings = CrowdSettings(radius=0.3)
-    found = crowd(embedding, starts, 6.0, np.random.default_rng(1), settings)
+    found = finish(crowd_steps(embedding, starts, 6.0, np.random.default_rng(1), settings))
     assert len(found.walks) >= 18, [u.reason for u in found.unserved]
     for walk in found.walks:
         assert_links(walk)
     assert closest(found) >= 0.6
-    again = crowd(embedding, starts, 6.0, np.random.default_rng(1), settings)
+    again = finish(crowd_steps(embedding, starts, 6.0, np.random.default_rng(1), settings))
     assert all(np.array_equal(a.states, b.states) for a, b in zip(found.walks, again.walks, strict=True))
 
 
 def test_two_in_the_same_place_cannot_be_served():
     embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (5, 5), 0.2, 8), []))
     node = random_node(embedding, np.random.default_rng(0))
-    found = crowd(embedding, [node, node], 3.0, np.random.default_rng(0))
+    found = finish(crowd_steps(embedding, [node, node], 3.0, np.random.default_rng(0)))
     assert found.walkers == (0,)
     assert "Walker 2 would start in the same place as walker 1" in found.unserved[0].reason
 
@@ -165,10 +166,10 @@ def test_impossible_crowds_say_why():
     embedding = embed(*random_problem(1, True), SETTINGS)
     rng = np.random.default_rng(0)
     with pytest.raises(WalkError, match="positive duration"):
-        crowd(embedding, [], 0.0, rng)
+        finish(crowd_steps(embedding, [], 0.0, rng))
     astray = tuple(np.argwhere(~embedding.node_mask())[0].tolist())
     with pytest.raises(WalkError, match="start of walker 1"):
-        crowd(embedding, [astray], 1.0, rng)
+        finish(crowd_steps(embedding, [astray], 1.0, rng))
     with pytest.raises(WalkError, match="radius of -1"):
         CrowdSettings(radius=-1.0)
     with pytest.raises(WalkError, match="patience"):

@@ -15,7 +15,8 @@ from core.errors import WalkError
 from core.evaluation.why_not import Reason, why_not
 from core.playback.course import HEADING_LEVER, link_edits
 from core.playback.destination import destination, reason_at
-from core.playback.directed import rows_of, shortest_walk, walk_through
+from core.playback.directed import rows_of, walk_through_steps
+from core.progress import finish
 from tests.bench import problems
 
 from .explicit_walks import assert_links, some_nodes
@@ -38,7 +39,7 @@ def test_shortest_walks_take_the_time_that_dijkstra_says(seed, tiled):
     nodes, links = embedding.to_csr()
     goal, start = rng.permutation(len(nodes))[:2]
     expected = dijkstra(links, indices=start)[goal]
-    walk = shortest_walk(embedding, tuple(nodes[start].tolist()), some_nodes(embedding, nodes[[goal]]))
+    walk = finish(walk_through_steps(embedding, tuple(nodes[start].tolist()), [some_nodes(embedding, nodes[[goal]])]))
     assert_links(walk)
     assert walk.duration == pytest.approx(expected)
     assert tuple(walk.states[0]) == tuple(nodes[start])
@@ -49,7 +50,7 @@ def test_shortest_walks_take_the_time_that_dijkstra_says(seed, tiled):
     middle = tuple(walk.states[len(walk) // 2].tolist())
     middle = (middle[0] % embedding.shape[0], middle[1] % embedding.shape[1], *middle[2:])
     if middle != tuple(nodes[goal]):
-        rest = shortest_walk(embedding, middle, some_nodes(embedding, nodes[[goal]]))
+        rest = finish(walk_through_steps(embedding, middle, [some_nodes(embedding, nodes[[goal]])]))
         assert rest.duration == pytest.approx(walk.duration - walk.seams[len(walk) // 2] / 30)
 
 
@@ -68,7 +69,7 @@ def test_waypoints_are_passed_in_the_least_time_of_the_whole(seed, tiled, n_goal
     starts = rng.permutation(len(nodes))[: rng.integers(1, 4)]
     assume(left[starts].min() > 0)
     given_starts = some_nodes(embedding, nodes[starts])
-    walk = walk_through(embedding, given_starts, [some_nodes(embedding, nodes[goal]) for goal in goals])
+    walk = finish(walk_through_steps(embedding, given_starts, [some_nodes(embedding, nodes[goal]) for goal in goals]))
     assert_links(walk)
     assert walk.seams[-1] == left[starts].min()
     # It stands at a node of every goal, in order.
@@ -82,11 +83,11 @@ def test_waypoints_are_passed_in_the_least_time_of_the_whole(seed, tiled, n_goal
             at += 1
     # Limits: exactly this time is enough.
     goals = [some_nodes(embedding, nodes[goal]) for goal in goals]
-    again = walk_through(embedding, given_starts, goals, limit=walk.duration)
+    again = finish(walk_through_steps(embedding, given_starts, goals, limit=walk.duration))
     assert np.array_equal(again.states, walk.states)
     if walk.seams[-1] > 1:
         with pytest.raises(WalkError, match="within"):
-            walk_through(embedding, given_starts, goals, limit=walk.duration - 1 / 30)
+            finish(walk_through_steps(embedding, given_starts, goals, limit=walk.duration - 1 / 30))
 
 
 @given(st.integers(0, 10**6), st.booleans())
@@ -116,7 +117,7 @@ def test_of_all_quickest_walks_the_root_is_edited_least(seed, tiled):
             if end not in least or found < least[end]:
                 least[end] = found
                 waiting.add(end)
-    walk = shortest_walk(embedding, tuple(nodes[start].tolist()), some_nodes(embedding, nodes[[goal]]))
+    walk = finish(walk_through_steps(embedding, tuple(nodes[start].tolist()), [some_nodes(embedding, nodes[[goal]])]))
     assert (walk.seams[-1], edits[walk.stencils].sum()) == pytest.approx(least[goal], abs=1e-9)
 
 
@@ -144,7 +145,7 @@ def disc(embedding, centre, radius):
 def test_a_way_across_a_real_room(room):
     start, corners = disc(room, (1, 1), 0.2), [(6, 7), (6, 1), (1, 7)]
     goals = [disc(room, corner, 0.3) for corner in corners]
-    walk = walk_through(room, start, goals)
+    walk = finish(walk_through_steps(room, start, goals))
     assert_links(walk)
     places = walk.root_path[walk.seams, :2]
     for corner in corners:
@@ -155,7 +156,7 @@ def test_a_way_across_a_real_room(room):
     leg, total = start, 0.0
     for goal in goals:
         if not np.any([tuple(leg) == tuple(goal)]) and not (isinstance(leg, tuple) and leg in goal_set(room, goal)):
-            way = shortest_walk(room, leg, goal)
+            way = finish(walk_through_steps(room, leg, [goal]))
             total += way.duration
             leg = tuple(way.states[-1].tolist())
     assert straight / speed <= walk.duration <= total + 1e-6
@@ -175,19 +176,19 @@ def test_impossible_walks_say_why(room):
     node = tuple(np.argwhere(room.node_mask())[0].tolist())
     nowhere = room.network.nodes(np.empty((0, 2), dtype=int))
     with pytest.raises(WalkError, match="stands at the goal already"):
-        shortest_walk(room, node, room.nodes)
+        finish(walk_through_steps(room, node, [room.nodes]))
     with pytest.raises(WalkError, match="stands at the goal;"):
-        shortest_walk(room, node, nowhere)
+        finish(walk_through_steps(room, node, [nowhere]))
     with pytest.raises(WalkError, match="stands at goal 2"):
-        walk_through(room, node, [room.nodes, nowhere])
+        finish(walk_through_steps(room, node, [room.nodes, nowhere]))
     with pytest.raises(WalkError, match="start is no node"):
-        shortest_walk(room, nowhere, room.nodes)
+        finish(walk_through_steps(room, nowhere, [room.nodes]))
     with pytest.raises(WalkError, match="nowhere to go"):
-        walk_through(room, node, [])
+        finish(walk_through_steps(room, node, []))
     with pytest.raises(WalkError, match="positive time"):
-        shortest_walk(room, node, room.nodes, limit=0.0)
+        finish(walk_through_steps(room, node, [room.nodes], limit=0.0))
     with pytest.raises(WalkError, match=r"within 1 s.*Allow more time"):
-        shortest_walk(room, disc(room, (1, 1), 0.2), disc(room, (6, 7), 0.3), limit=1.0)
+        finish(walk_through_steps(room, disc(room, (1, 1), 0.2), [disc(room, (6, 7), 0.3)], limit=1.0))
 
 
 def test_destinations_say_why_nobody_gets_there(room):

@@ -22,11 +22,12 @@ from core.environment.grid import Grid
 from core.errors import ExportError
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.reach import time_to_reach
-from core.export.engine_format import engine_arrays, engine_files, engine_files_steps, engine_header
-from core.export.table import engine_table, engine_table_steps
+from core.export.engine_format import engine_arrays, engine_files_steps, engine_header
+from core.export.table import engine_table_steps
 from core.motion.graph import build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from core.playback.walk import Walk
+from core.progress import finish
 from core.tuning.budget import table_bytes
 
 from .geometry import box_triangles
@@ -39,7 +40,7 @@ SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 
 def write(embedding, folder):
     folder.mkdir()
-    for name, raw in engine_files(embedding).items():
+    for name, raw in finish(engine_files_steps(embedding)).items():
         (folder / name).write_bytes(raw)
 
 
@@ -143,22 +144,22 @@ def test_how_the_reader_is_run_is_said(tmp_path):
 
 def test_tables_that_are_too_large_are_refused():
     embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
-    assert set(engine_files(embedding, with_table=False)) == {"embedding.json", "embedding.npz"}
-    header = json.loads(engine_files(embedding, with_table=False)["embedding.json"])
+    assert set(finish(engine_files_steps(embedding, with_table=False))) == {"embedding.json", "embedding.npz"}
+    header = json.loads(finish(engine_files_steps(embedding, with_table=False))["embedding.json"])
     assert header["table"] is None
     counted = replace(embedding)
     counted.__dict__.update(n_links=2**31)
     with pytest.raises(
         ExportError, match=r"would take 8\.59 GB; prune the embedding, or leave the table out.*--no-table"
     ):
-        engine_files(counted)
-    assert engine_files(counted, with_table=False)
+        finish(engine_files_steps(counted))
+    assert finish(engine_files_steps(counted, with_table=False))
     # To the byte: the table, and eight beside it for each node.
     needed = table_bytes(embedding.n_nodes, embedding.n_links) + 8 * embedding.n_nodes
     enough = replace(embedding, settings=replace(embedding.settings, memory_limit=needed))
-    assert engine_table(enough) == engine_table(embedding)
+    assert finish(engine_table_steps(enough)) == finish(engine_table_steps(embedding))
     with pytest.raises(ExportError, match="leave the table out"):
-        engine_table(replace(embedding, settings=replace(embedding.settings, memory_limit=needed - 1)))
+        finish(engine_table_steps(replace(embedding, settings=replace(embedding.settings, memory_limit=needed - 1))))
 
 
 def listed(embedding) -> bytes:
@@ -187,7 +188,7 @@ def test_the_table_is_as_written_out(seed, tiled, kept):
         indices = indices[np.random.default_rng(seed).random(len(indices)) < kept]
         embedding = restrict(embedding, embedding.network.nodes(indices))
     if embedding.n_nodes:
-        assert bytes(engine_table(embedding)) == listed(embedding)
+        assert bytes(finish(engine_table_steps(embedding))) == listed(embedding)
 
 
 def test_files_are_made_in_steps():
@@ -210,7 +211,7 @@ def test_files_are_made_in_steps():
         "Listing links",
         "Packing planes",
     ]
-    assert files == engine_files(embedding) and bytes(files["embedding.table"]) == listed(embedding)
+    assert files == finish(engine_files_steps(embedding)) and bytes(files["embedding.table"]) == listed(embedding)
     # What cannot be made is refused before any work.
     small = replace(embedding, settings=replace(embedding.settings, memory_limit=1000))
     for refused in (engine_table_steps(small), engine_files_steps(small)):
@@ -225,7 +226,7 @@ def test_tables_take_little_more_memory_than_they_are_large():
     assert size > 1_000_000
     tracemalloc.start()
     try:
-        raw = engine_table(embedding)
+        raw = finish(engine_table_steps(embedding))
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -234,7 +235,7 @@ def test_tables_take_little_more_memory_than_they_are_large():
 
 def test_the_reader_says_that_there_is_no_table(tmp_path):
     embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
-    for name, raw in engine_files(embedding, with_table=False).items():
+    for name, raw in finish(engine_files_steps(embedding, with_table=False)).items():
         (tmp_path / name).write_bytes(raw)
     look = f"import sys; sys.path[:0] = [{str(READER)!r}]; import wayfarer_reader as w; w.read_table({str(tmp_path)!r})"
     result = read_alone(tmp_path, "-c", look)
@@ -262,9 +263,9 @@ def test_what_is_not_sound_is_refused(tmp_path):
     graph, environment = random_problem(0, True)
     blocked = Environment(environment.grid, np.ones_like(environment.blocked))
     with pytest.raises(ExportError, match="nothing to export"):
-        engine_files(embed(graph, blocked))
+        finish(engine_files_steps(embed(graph, blocked)))
     embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
-    assert engine_files(embedding) == engine_files(embedding)
+    assert finish(engine_files_steps(embedding)) == finish(engine_files_steps(embedding))
     write(embedding, tmp_path / "a")
     raw = bytearray((tmp_path / "a" / "embedding.npz").read_bytes())
     raw[len(raw) // 2] ^= 1

@@ -11,8 +11,9 @@ from core.embedding.footprint import FootprintSettings
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
-from core.playback.loop import loop
-from core.playback.walk import Walk
+from core.playback.loop import loop_steps
+from core.playback.walk import Walk, WalkSettings
+from core.progress import finish
 
 from .explicit_walks import assert_links
 from .motion_graphs import sample_graph
@@ -26,7 +27,7 @@ def test_loops_close_exactly(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     assume(embedding.n_nodes > 0)
     duration = float(np.random.default_rng(seed).uniform(0.05, 2.0))
-    walk = loop(embedding, np.random.default_rng(seed), duration)
+    walk = finish(loop_steps(embedding, np.random.default_rng(seed), WalkSettings(duration)))
     # Twice over: what closes the loop is its first link.
     shift = walk.states[-1] - walk.states[0]
     assert not shift[2:].any()
@@ -47,10 +48,10 @@ def test_loops_close_exactly(seed, tiled):
 
 def test_long_loops_last_to_the_frame():
     embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (6, 6), 0.2, 12), []))
-    walks = [loop(embedding, np.random.default_rng(seed), 20.0) for seed in (1, 1, 2)]
+    walks = [finish(loop_steps(embedding, np.random.default_rng(seed), WalkSettings(20.0))) for seed in (1, 1, 2)]
     assert all(walk.duration == pytest.approx(20.0) for walk in walks)
     assert np.array_equal(walks[0].states, walks[1].states)
     path = walks[0].root_path
     assert np.allclose(path[0, :2], path[-1, :2])
     with pytest.raises(WalkError, match="positive duration"):
-        loop(embedding, np.random.default_rng(0), 0.0)
+        finish(loop_steps(embedding, np.random.default_rng(0), WalkSettings(0.0)))

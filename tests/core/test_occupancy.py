@@ -16,7 +16,8 @@ from core.errors import EmbeddingError
 from core.evaluation import walkers
 from core.evaluation.occupancy import free_ground, occupancy, occupancy_steps, simulated_occupancy, visits
 from core.motion.graph import MotionGraph, MotionSegment
-from core.playback.walk import random_walk
+from core.playback.walk import WalkSettings, random_walk_steps
+from core.progress import finish
 from tests.bench import problems
 
 from .reference import random_problem
@@ -202,7 +203,7 @@ def test_simulated_walkers_agree_on_recorded_clips(data_folder):
 def test_one_long_random_walk_agrees(data_folder):
     """The walk that playback takes follows the same rule."""
     embedding, exact = recorded()
-    walk = random_walk(embedding, np.random.default_rng(4), 3000.0)
+    walk = finish(random_walk_steps(embedding, np.random.default_rng(4), WalkSettings(3000.0)))
     frames = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
     played = np.bincount(walk.segments, minlength=len(frames)) * frames
     assert np.abs(played / played.sum() - exact.segments).sum() < 0.1

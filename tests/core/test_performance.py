@@ -15,8 +15,9 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.evaluation.goals import segments_of_clip, segments_with_tag
-from core.playback.performance import continued, perform
-from core.playback.walk import Walk, random_node, random_walk
+from core.playback.performance import continued, perform_steps
+from core.playback.walk import Walk, WalkSettings, random_node, random_walk_steps
+from core.progress import finish
 
 from .explicit_walks import assert_links
 from .motion_graphs import sample_graph
@@ -51,9 +52,9 @@ def test_one_segment_is_played_as_soon_as_it_can_be(seed, tiled):
                 soonest = min(soonest, apart[r])
     if not np.isfinite(soonest):
         with pytest.raises(WalkError, match="cannot be played within"):
-            perform(embedding, tuple(nodes[start].tolist()), [segment], place, radius)
+            finish(perform_steps(embedding, tuple(nodes[start].tolist()), [segment], place, radius))
         return
-    found = perform(embedding, tuple(nodes[start].tolist()), [segment], place, radius)
+    found = finish(perform_steps(embedding, tuple(nodes[start].tolist()), [segment], place, radius))
     assert_links(found.walk)
     assert len(found.walk) == found.first + 1
     assert found.walk.segments[-1] == segment
@@ -72,17 +73,19 @@ def hall():
 def test_a_whole_action_at_a_place(hall):
     graph = hall.graph
     start = random_node(hall, np.random.default_rng(0))
-    found = perform(hall, start, segments_of_clip(graph, "pivot_left_180"), (4, 5), 0.4)
+    found = finish(perform_steps(hall, start, segments_of_clip(graph, "pivot_left_180"), (4, 5), 0.4))
     assert_links(found.walk)
     played = [graph.segments[s] for s in found.walk.segments[found.first :]]
     assert {graph.clips[s.clip].name for s in played} == {"pivot_left_180"}
     assert all(a.last == b.first for a, b in pairwise(played))
     assert np.hypot(*(found.place - [4, 5])) <= 0.4
-    stepping = perform(hall, start, segments_with_tag(graph, "step"), (2, 3), 0.3, tag="step")
+    stepping = finish(perform_steps(hall, start, segments_with_tag(graph, "step"), (2, 3), 0.3, tag="step"))
     assert all("step" in graph.segments[s].tags for s in stepping.walk.segments[stepping.first :])
     assert np.hypot(*(stepping.place - [2, 3])) <= 0.3
     # And on.
-    rest = random_walk(hall, np.random.default_rng(1), 5.0, tuple(found.walk.states[-1].tolist()))
+    rest = finish(
+        random_walk_steps(hall, np.random.default_rng(1), WalkSettings(5.0, tuple(found.walk.states[-1].tolist())))
+    )
     whole = continued(found.walk, rest)
     assert_links(whole)
     assert whole.duration == pytest.approx(found.walk.duration + rest.duration)
@@ -93,10 +96,10 @@ def test_a_whole_action_at_a_place(hall):
 def test_impossible_performances_say_why(hall):
     start = random_node(hall, np.random.default_rng(0))
     with pytest.raises(WalkError, match="cannot be played within"):
-        perform(hall, start, [0], (40, 40), 0.3)
+        finish(perform_steps(hall, start, [0], (40, 40), 0.3))
     with pytest.raises(WalkError, match="no segment"):
-        perform(hall, start, [], (4, 4), 0.3)
+        finish(perform_steps(hall, start, [], (4, 4), 0.3))
     with pytest.raises(WalkError, match="not a number"):
-        perform(hall, start, [0], (np.nan, 4), 0.3)
+        finish(perform_steps(hall, start, [0], (np.nan, 4), 0.3))
     with pytest.raises(WalkError, match=r"within 0\.1 s"):
-        perform(hall, start, segments_of_clip(hall.graph, "pivot_left_180"), (4, 5), 0.4, limit=0.1)
+        finish(perform_steps(hall, start, segments_of_clip(hall.graph, "pivot_left_180"), (4, 5), 0.4, limit=0.1))

@@ -16,7 +16,8 @@ from core.playback.cleanup import clean_feet
 from core.playback.plants import walk_plants
 from core.playback.quality import walk_quality
 from core.playback.synthesis import SynthesisSettings, synthesize
-from core.playback.walk import Walk, random_walk
+from core.playback.walk import Walk, WalkSettings, random_walk_steps
+from core.progress import finish
 
 from .motion_graphs import sample_graph
 
@@ -25,7 +26,7 @@ from .motion_graphs import sample_graph
 def walk():
     grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24)
     embedding = embed(sample_graph(), build_environment(grid, np.empty((0, 3, 3))))
-    return random_walk(embedding, np.random.default_rng(5), 30.0)
+    return finish(random_walk_steps(embedding, np.random.default_rng(5), WalkSettings(30.0)))
 
 
 @pytest.fixture(scope="module")

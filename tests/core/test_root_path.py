@@ -10,8 +10,9 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.playback.root_path import played_root_path
 from core.playback.seams import seam_gaps
-from core.playback.walk import Walk
-from core.playback.wandering import wandering_walk
+from core.playback.walk import Walk, WalkSettings
+from core.playback.wandering import wandering_walk_steps
+from core.progress import finish
 
 from .geometry import box_triangles
 from .motion_graphs import sample_graph
@@ -31,7 +32,9 @@ def ground(boxes=(), tiled=False):
 
 
 def walks(embedding):
-    return [wandering_walk(embedding, np.random.default_rng(seed), 60.0) for seed in range(4)]
+    return [
+        finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0))) for seed in range(4)
+    ]
 
 
 def played(walk, tolerance=TOLERANCE):

@@ -16,7 +16,8 @@ from core.motion.kinematics import as_rotation
 from core.motion.repertoire import sample_repertoire
 from core.playback.seams import seam_gaps
 from core.playback.synthesis import SynthesisSettings, synthesize
-from core.playback.walk import Walk, random_walk
+from core.playback.walk import Walk, WalkSettings, random_walk_steps
+from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
 
@@ -30,7 +31,7 @@ def walk(request):
         graph = build_motion_graph([with_steady_heading(clip) for clip in sample_repertoire()])
     grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24, tiled=request.param == "tiled")
     embedding = embed(graph, build_environment(grid, np.empty((0, 3, 3))))
-    return random_walk(embedding, np.random.default_rng(3), 60.0)
+    return finish(random_walk_steps(embedding, np.random.default_rng(3), WalkSettings(60.0)))
 
 
 @pytest.fixture(scope="module")

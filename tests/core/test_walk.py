@@ -14,7 +14,8 @@ from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import Region, RegionRule
 from core.errors import WalkError
-from core.playback.walk import nearest_node, random_walk
+from core.playback.walk import WalkSettings, nearest_node, random_walk_steps
+from core.progress import finish
 
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph
@@ -29,7 +30,7 @@ def test_every_step_is_a_link_and_every_link_can_be_taken(seed, tiled):
     assume(embedding.n_nodes > 0)
     slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
     links = set(map(tuple, slow.links.tolist()))
-    walk = random_walk(embedding, np.random.default_rng(seed), 10.0)
+    walk = finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(10.0)))
     states = walk.states.copy()
     states[:, :2] %= embedding.shape[:2]
     index = np.ravel_multi_index(states.T, embedding.shape).tolist()
@@ -44,7 +45,7 @@ def test_every_step_is_a_link_and_every_link_can_be_taken(seed, tiled):
 def test_the_root_passes_through_every_grid_element(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     assume(embedding.n_nodes > 0)
-    walk = random_walk(embedding, np.random.default_rng(seed), 5.0)
+    walk = finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(5.0)))
     grid = embedding.environment.grid
     at_seams = walk.root_path[walk.seams]
     assert np.allclose(at_seams[:, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
@@ -60,7 +61,10 @@ def test_the_root_passes_through_every_grid_element(seed, tiled):
 
 def test_walks_are_repeatable_and_differ_by_seed():
     embedding = embed(*random_problem(1, True), SETTINGS)
-    walks = [random_walk(embedding, np.random.default_rng(seed), 20.0).states for seed in (1, 1, 2)]
+    walks = [
+        finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(20.0))).states
+        for seed in (1, 1, 2)
+    ]
     assert np.array_equal(walks[0], walks[1])
     assert not np.array_equal(walks[0], walks[2])
 
@@ -107,7 +111,7 @@ def test_100_000_steps_without_a_dead_end_or_a_collision(room):
     rng = np.random.default_rng(5)
     steps, crossed = 0, 0
     while steps < 100_000:
-        walk = random_walk(room, rng, 2000.0)
+        walk = finish(random_walk_steps(room, rng, WalkSettings(2000.0)))
         steps += len(walk)
         path = walk.root_path[:, :2]
         between = np.concatenate([path, (path[1:] + path[:-1]) / 2])
@@ -181,10 +185,10 @@ def test_nearest_node_is_near(room):
 def test_impossible_walks_say_why(room):
     rng = np.random.default_rng(0)
     with pytest.raises(WalkError, match="positive duration"):
-        random_walk(room, rng, 0.0)
+        finish(random_walk_steps(room, rng, WalkSettings(0.0)))
     outside = tuple(np.argwhere(~room.node_mask())[0].tolist())
     with pytest.raises(WalkError, match="no node of the embedding"):
-        random_walk(room, rng, 5.0, start=outside)
+        finish(random_walk_steps(room, rng, WalkSettings(5.0, start=outside)))
     empty = embed(*random_problem(next(s for s in range(99) if not embed(*random_problem(s, False)).n_nodes), False))
     with pytest.raises(WalkError, match="empty"):
-        random_walk(empty, rng, 5.0)
+        finish(random_walk_steps(empty, rng, WalkSettings(5.0)))

@@ -13,8 +13,9 @@ from core.embedding.footprint import FootprintSettings
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
-from core.playback.walk import random_node, random_walk
-from core.playback.wandering import _rings, wandering_walk
+from core.playback.walk import WalkSettings, random_node, random_walk_steps
+from core.playback.wandering import _rings, wandering_walk_steps
+from core.progress import finish
 
 from .motion_graphs import sample_graph
 from .reference import explicit_embedding, random_problem
@@ -27,7 +28,7 @@ def test_every_step_is_a_link(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     assume(embedding.n_nodes > 0)
     links = set(map(tuple, explicit_embedding(embedding.graph, embedding.environment, SETTINGS).links.tolist()))
-    walk = wandering_walk(embedding, np.random.default_rng(seed), 5.0)
+    walk = finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(5.0)))
     states = walk.states.copy()
     states[:, :2] %= embedding.shape[:2]
     index = np.ravel_multi_index(states.T, embedding.shape).tolist()
@@ -56,18 +57,20 @@ def test_rings_are_the_distances_of_the_explicit_graph(seed, tiled):
 def test_a_wanderer_sees_more_of_the_floor_than_chance():
     embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (7, 8), 0.125, 24), []))
 
-    def square_metres(walk) -> float:
+    def square_metres(walk_steps) -> float:
         """Of squares of half a metre that a minute's walk touches, on average."""
-        paths = [walk(embedding, np.random.default_rng(i), 60.0).root_path[:, :2] for i in range(6)]
+        walks = [finish(walk_steps(embedding, np.random.default_rng(i), WalkSettings(60.0))) for i in range(6)]
+        paths = [walk.root_path[:, :2] for walk in walks]
         return float(np.mean([0.25 * len(np.unique((path / 0.5).astype(int), axis=0)) for path in paths]))
 
-    assert square_metres(wandering_walk) > 1.8 * square_metres(random_walk)
+    assert square_metres(wandering_walk_steps) > 1.8 * square_metres(random_walk_steps)
 
 
 def test_impossible_walks_say_why():
     embedding = embed(*random_problem(1, True), SETTINGS)
     rng = np.random.default_rng(0)
     with pytest.raises(WalkError, match="positive duration"):
-        wandering_walk(embedding, rng, -1.0)
+        finish(wandering_walk_steps(embedding, rng, WalkSettings(-1.0)))
+    outside = tuple(np.argwhere(~embedding.node_mask())[0].tolist())
     with pytest.raises(WalkError, match="no node of the embedding"):
-        wandering_walk(embedding, rng, 5.0, start=tuple(np.argwhere(~embedding.node_mask())[0].tolist()))
+        finish(wandering_walk_steps(embedding, rng, WalkSettings(5.0, start=outside)))

@@ -14,8 +14,9 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.evaluation.variability import segment_variability
-from core.playback.walk import draw, random_node, random_walk
+from core.playback.walk import WalkSettings, draw, random_node, random_walk_steps
 from core.playback.weighted import ByGoodness, Evenly, Memory, PerClip, by_variability, uniform
+from core.progress import finish
 
 from .explicit_walks import assert_links
 from .motion_graphs import sample_graph
@@ -97,7 +98,7 @@ def test_links_are_drawn_as_often_as_weighed(crossing):
 def test_nothing_is_played_that_weighs_nothing_unless_it_must(room):
     names = [clip.name for clip in room.graph.clips]
     banned = {name: 0.0 for name in names if "pivot" in name or "stand" in name}
-    walk = random_walk(room, np.random.default_rng(1), 60.0, weighting=PerClip(banned))
+    walk = finish(random_walk_steps(room, np.random.default_rng(1), WalkSettings(60.0, weighting=PerClip(banned))))
     assert_links(walk)
     reader = LinkReader(room)
     for node, segment in zip(walk.states.tolist(), walk.segments.tolist(), strict=False):
@@ -110,7 +111,8 @@ def test_smooth_walkers_walk_more_smoothly(room):
     costs = {tuple(link): cost for link, cost in zip(room.graph.links.tolist(), room.graph.link_costs, strict=True)}
 
     def mean_cost(weighting):
-        states = random_walk(room, np.random.default_rng(1), 200.0, weighting=weighting).states[:, 3].tolist()
+        walk = finish(random_walk_steps(room, np.random.default_rng(1), WalkSettings(200.0, weighting=weighting)))
+        states = walk.states[:, 3].tolist()
         return np.mean([costs[a, b] for a, b in pairwise(states)])
 
     assert mean_cost(ByGoodness(0.02)) < 0.4 * mean_cost(uniform)
@@ -118,7 +120,8 @@ def test_smooth_walkers_walk_more_smoothly(room):
 
 def test_even_walkers_see_more_of_the_floor(room):
     def squares(weighting):
-        seen = [random_walk(room, np.random.default_rng(i), 90.0, weighting=weighting).root_path for i in range(4)]
+        limits = WalkSettings(90.0, weighting=weighting)
+        seen = [finish(random_walk_steps(room, np.random.default_rng(i), limits)).root_path for i in range(4)]
         return np.mean([len(np.unique((path[:, :2] / 0.5).astype(int), axis=0)) for path in seen])
 
     assert squares(Evenly()) > 1.15 * squares(uniform)
@@ -127,6 +130,6 @@ def test_even_walkers_see_more_of_the_floor(room):
 def test_weights_that_are_none_are_refused(room):
     for bad in (lambda c: np.full(len(c.stencils), -1.0), lambda _: np.ones(3), lambda c: c.stencils * np.nan):
         with pytest.raises(WalkError, match="zero or more"):
-            random_walk(room, np.random.default_rng(0), 5.0, weighting=bad)
+            finish(random_walk_steps(room, np.random.default_rng(0), WalkSettings(5.0, weighting=bad)))
     with pytest.raises(WalkError, match="positive cost"):
         ByGoodness(0.0)

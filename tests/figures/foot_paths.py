@@ -24,8 +24,9 @@ from core.playback.cleanup import clean_feet
 from core.playback.plants import Plant, clip_plants, walk_plants
 from core.playback.quality import foot_slide, walk_quality
 from core.playback.synthesis import synthesize
-from core.playback.walk import Walk
-from core.playback.wandering import wandering_walk
+from core.playback.walk import Walk, WalkSettings
+from core.playback.wandering import wandering_walk_steps
+from core.progress import finish
 from tests.bench import problems
 from tests.core.motion_graphs import recorded_graph, sample_graph
 
@@ -146,7 +147,7 @@ def main() -> None:
     for name, graph in graphs().items():
         embedding = embed(graph, problems.room())
         for seed in range(4):
-            walk = wandering_walk(embedding, np.random.default_rng(seed), 60.0)
+            walk = finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0)))
             before = synthesize(walk)
             after = clean_feet(walk, before).clip
             rows.append(table_row(name, seed, walk, before, after))
