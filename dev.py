@@ -190,7 +190,7 @@ def test(arguments):
     run_pytest = [python, "-m", "pytest", *options]
     results = []
     if not paths:
-        sources = ["core", "addon", "docs", "tests", "dev.py", "__init__.py"]
+        sources = ["core", "addon", "tools", "docs", "tests", "dev.py", "__init__.py"]
         sources = [name for name in sources if (ROOT / name).exists()]
         results += run_parts(
             ("style", [python, "-m", "ruff", "check", *sources]),
@@ -750,7 +750,7 @@ def pip(python, arguments):
 
 def run_in_blender(script, arguments):
     with blender_resources() as environment:
-        return run_script(ROOT / "addon" / script, arguments, environment)
+        return run_script(ROOT / "tools" / script, arguments, environment)
 
 
 def run_script(script, arguments, environment):

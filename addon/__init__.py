@@ -1,47 +1,21 @@
 """Everything of Wayfarer that knows Blender.
 
-Each module listed here has its own ``register`` and ``unregister``; the root package calls the two below.
+Each room listed here has its own ``register`` and ``unregister``; the root package calls the two below.
 """
 
-from . import (
-    command,
-    data_watch,
-    environment_sight,
-    environment_view,
-    live,
-    operators,
-    presets,
-    properties,
-    pruned_embedding,
-    scene_changes,
-    state,
-    storage,
-    ui,
-)
+from . import live, operators, properties, results, ui
+from .cli import command
+from .scene import changes
 
-# In order of registration: a module may use what those before it have registered.
-_MODULES = (
-    properties,
-    state,
-    data_watch,
-    storage,
-    scene_changes,
-    live,
-    pruned_embedding,
-    environment_sight,
-    environment_view,
-    operators,
-    presets,
-    ui,
-    command,
-)
+# In order of registration: a room may use what those before it have registered.
+_ROOMS = (properties, results, changes, live, operators, ui, command)
 
 
 def register():
-    for module in _MODULES:
-        module.register()
+    for room in _ROOMS:
+        room.register()
 
 
 def unregister():
-    for module in reversed(_MODULES):
-        module.unregister()
+    for room in reversed(_ROOMS):
+        room.unregister()

@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 
 from ...core.motion.joint_roles import JointRole, guess_joint_roles
-from ..versions import node_tree
 from .body_shapes import Part, capsule, egg, joined, slab, trunk
 from .materials import own_material, remove_unused_materials
-from .skeleton import bind_rig
+from .rig import bind_rig
+from .versions import node_tree
 
 BODY_PROPERTY = "wayfarer_body"
 """Custom property of the mesh objects that :func:`add_body` makes."""

@@ -12,8 +12,8 @@ from ...core.motion.kinematics import as_quaternions, as_rotation
 from .action_curves import ActionCurves, action_curves, sample_curve
 from .evaluated_pose import evaluated_matrices
 from .read_actions import local_pose, needs_evaluation, to_armature_space
+from .rig import RigBinding, placement_obstacle
 from .rotation_modes import REST_CHANNELS, rotation_property
-from .skeleton import RigBinding, placement_obstacle
 
 _N_SAMPLES = 5
 """Frames of each action that are looked at: enough to tell what moves from what does not."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.motion.kinematics import as_rotation, world_transforms
 from ...core.motion.skeleton import Skeleton
-from .skeleton import FORWARD_PROPERTY
+from .rig import FORWARD_PROPERTY
 
 _SHORTEST = 0.01
 """Bone length in metres below which a given tail is ignored: Blender deletes bones without length."""

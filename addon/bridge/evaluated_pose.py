@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
+from .rig import RigBinding, matrix_placement, read_matrices
 from .rotation_modes import REST_CHANNELS
-from .skeleton import RigBinding, matrix_placement, read_matrices
 
 
 def evaluated_matrices(armature_object, action, slot, frames: np.ndarray, bone_names) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..scene_collections import is_called
+from .owned import is_called
 
 
 def own_material(name: str, furnish: Callable[[bpy.types.Material], None]) -> bpy.types.Material:

@@ -11,8 +11,8 @@ from ...core.motion.clip import MotionClip
 from ...core.motion.kinematics import as_quaternions, as_rotation
 from .action_curves import ActionCurves, action_curves
 from .evaluated_pose import evaluated_matrices, local_transforms
+from .rig import RigBinding, bind_rig, matrix_placement
 from .rotation_modes import quaternion_product, quaternions_from_channels, rotation_property
-from .skeleton import RigBinding, bind_rig, matrix_placement
 from .tags import read_tags
 
 FRAME_RATE_PROPERTY = "wayfarer_frame_rate"

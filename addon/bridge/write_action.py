@@ -13,8 +13,8 @@ from ...core.motion.kinematics import as_quaternions, as_rotation, world_transfo
 from ...core.motion.skeleton import Skeleton
 from .action_curves import action_curves, actions_of
 from .carriers import Carriers, find_carriers, levelled
+from .rig import RigBinding, bind_rig, matrix_placement
 from .rotation_modes import channels_from_quaternions, rotation_property
-from .skeleton import RigBinding, bind_rig, matrix_placement
 from .tags import write_tags
 
 _LINEAR = 1  # value of Keyframe.interpolation in foreach_set

@@ -7,28 +7,14 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.errors import SceneError
-from ..versions import node_tree
 from .materials import own_material
+from .owned import GRID_PROPERTY, painted_ground, painted_shape
+from .versions import node_tree
 
 ATTRIBUTE = "Wayfarer Map"
 """Name of the colour attribute and of the material. (Cycles shows names such as "heat" or "density" as black.)"""
 
-_SHAPE_PROPERTY = "wayfarer_grid"
 _PLACE_PROPERTY = "wayfarer_place"
-
-
-def painted_ground(collection):
-    """What :func:`ground_grid` put into a collection, whatever its name; None if there is nothing."""
-    return next((found for found in collection.objects if found.type == "MESH" and _shape(found)), None)
-
-
-def _shape(obj) -> tuple[int, ...]:
-    """(nx, ny) cells of a :func:`ground_grid`; empty for any other object.
-
-    The grounds of the sample scenes have a property of this name, too, which is a text: what they are to be cut into.
-    """
-    kept = obj.get(_SHAPE_PROPERTY, ())
-    return () if isinstance(kept, str) else tuple(kept)
 
 
 def painted_cell_size(obj) -> float:
@@ -52,7 +38,7 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
         obj.matrix_world = Matrix.Identity(4)
     mesh = cast(bpy.types.Mesh, obj.data)
     place = (x0, y0, cell_size, z)
-    remade = _shape(obj) != (nx, ny) or len(mesh.polygons) != nx * ny
+    remade = painted_shape(obj) != (nx, ny) or len(mesh.polygons) != nx * ny
     # Someone may have merged them.
     remade = remade or len(mesh.vertices) != 4 * nx * ny
     if not remade and tuple(obj.get(_PLACE_PROPERTY, ())) == place:
@@ -72,7 +58,7 @@ def ground_grid(name: str, x0: float, y0: float, cell_size: float, nx: int, ny: 
         mesh.attributes[".corner_vert"].data.foreach_set("value", numbers)
         mesh.attributes[".corner_edge"].data.foreach_set("value", numbers)
         mesh.attributes[".edge_verts"].data.foreach_set("value", ends.ravel())
-        obj[_SHAPE_PROPERTY] = (nx, ny)
+        obj[GRID_PROPERTY] = (nx, ny)
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32)
     cells = np.stack(np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"), axis=-1)
     positions = np.empty((nx, ny, 4, 3), dtype=np.float32)
@@ -96,8 +82,8 @@ def paint(obj, colors: np.ndarray, attribute: str = ATTRIBUTE) -> None:
     Raises ValueError if ``colors`` has another number of cells than the object.
     """
     mesh = obj.data
-    if colors.shape != (*obj[_SHAPE_PROPERTY], 4):
-        raise ValueError(f"{colors.shape} colours for {tuple(obj[_SHAPE_PROPERTY])} cells")
+    if colors.shape != (*obj[GRID_PROPERTY], 4):
+        raise ValueError(f"{colors.shape} colours for {tuple(obj[GRID_PROPERTY])} cells")
     layer = mesh.color_attributes.get(attribute)
     if layer is not None and (layer.domain, layer.data_type) != ("POINT", "FLOAT_COLOR"):
         # Someone has converted it.
@@ -125,7 +111,7 @@ def painted_colors(obj, attribute: str = ATTRIBUTE) -> np.ndarray:
     """
     if obj.data.is_editmode:
         raise SceneError(f"The floor '{obj.name}' is being edited; leave Edit Mode, so that its colors can be read.")
-    layer, shape = obj.data.color_attributes.get(attribute), (*obj[_SHAPE_PROPERTY], 4, 4)
+    layer, shape = obj.data.color_attributes.get(attribute), (*obj[GRID_PROPERTY], 4, 4)
     if layer is None or 4 * len(layer.data) != np.prod(shape):
         raise SceneError(f"The floor '{obj.name}' is not as it was painted; paint the map again.")
     corners = np.empty(4 * len(layer.data), dtype=np.float32)

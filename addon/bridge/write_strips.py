@@ -12,7 +12,7 @@ from ...core.errors import WalkError
 from ...core.motion.clip import MotionClip
 from ...core.motion.kinematics import as_quaternions, as_rotation
 from .carriers import find_carriers
-from .skeleton import RigBinding, bind_rig, placement_obstacle
+from .rig import RigBinding, bind_rig, placement_obstacle
 from .tags import write_tags
 from .write_action import (
     Placements,

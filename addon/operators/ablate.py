@@ -3,8 +3,8 @@
 import bpy
 
 from ...core.evaluation.ablation import Kind
-from ..findings.ablation import ablation_finding_steps
-from ..state import embedding_of
+from ..results.findings.ablation import ablation_finding_steps
+from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding, FindsOut
 
 

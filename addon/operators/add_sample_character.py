@@ -4,10 +4,10 @@ import bpy
 
 from ...core.motion.repertoire import sample_repertoire
 from ...core.progress import Progress
+from ..bridge.owned import CHARACTER, ensure_collection
+from ..bridge.text import counted, time
 from ..jobs import LongOperator
 from ..sample.character import add_sample_character
-from ..scene_collections import CHARACTER, ensure_collection
-from ..text import counted, time
 
 
 class WAYFARER_OT_add_sample_character(LongOperator, bpy.types.Operator):

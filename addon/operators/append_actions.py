@@ -8,9 +8,10 @@ from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import ClipError
 from ..bridge.action_curves import action_curves
+from ..bridge.clip_actions import character_problem
 from ..bridge.libraries import forget_file
-from ..clip_actions import WALK_PROPERTY, character_problem
-from ..text import counted
+from ..bridge.owned import WALK_PROPERTY
+from ..bridge.text import counted
 
 
 class WAYFARER_OT_append_actions(bpy.types.Operator):

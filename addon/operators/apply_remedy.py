@@ -9,9 +9,9 @@ from ...core.motion.in_place import with_root_motion
 from ..bridge.read_actions import read_clip
 from ..bridge.write_action import write_clip
 from ..examination import ClipHealth, clip_health
-from ..inputs import doctor_settings
-from ..motion_fingerprint import action_fingerprint
-from ..state import health_of, keep_health
+from ..results.state import health_of, keep_health
+from ..scene.inputs import doctor_settings
+from ..scene.motion_fingerprint import action_fingerprint
 from .needs_character import NeedsCharacter
 
 

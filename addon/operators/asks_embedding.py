@@ -1,9 +1,9 @@
 """What operators that ask questions of the embedding have in common."""
 
-from ..advice import stale_advice
-from ..findings.finding import Finding, keep_finding
 from ..jobs import LongOperator
-from ..state import embedding_of, redraw, results
+from ..results.advice import stale_advice
+from ..results.findings.finding import Finding, keep_finding
+from ..results.state import embedding_of, redraw, results
 
 _REPORTED = 4
 """Numbers that the status bar has room for; the panel shows all of them."""

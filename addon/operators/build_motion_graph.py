@@ -2,9 +2,9 @@
 
 import bpy
 
+from ..bridge.text import counted
 from ..jobs import LongOperator
-from ..text import counted
-from ..workflow import build_graph_steps, keep_built
+from ..results.workflow import build_graph_steps, keep_built
 from .needs_clips import NeedsClips
 
 

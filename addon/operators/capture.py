@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..findings.capture import capture_finding_steps
-from ..state import whole_of
+from ..results.findings.capture import capture_finding_steps
+from ..results.state import whole_of
 from .asks_embedding import FindsOut
 
 

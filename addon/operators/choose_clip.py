@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import IntProperty
 
-from ..state import health_of
+from ..results.state import health_of
 
 
 class WAYFARER_OT_choose_clip(bpy.types.Operator):

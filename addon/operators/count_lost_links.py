@@ -3,9 +3,9 @@
 import bpy
 
 from ...core.evaluation.why_not import lost_links_steps
+from ..bridge.text import counted, share_of
 from ..jobs import LongOperator
-from ..state import embedding_of, results
-from ..text import counted, share_of
+from ..results.state import embedding_of, results
 from .asks_embedding import LooksAtEmbedding
 
 

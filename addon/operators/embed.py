@@ -2,11 +2,11 @@
 
 import bpy
 
-from ..advice import embedding_advice
+from ..bridge.text import counted, share
 from ..jobs import LongOperator
-from ..state import results
-from ..text import counted, share
-from ..workflow import embed_scene_steps, keep_embedded
+from ..results.advice import embedding_advice
+from ..results.state import results
+from ..results.workflow import embed_scene_steps, keep_embedded
 
 
 class WAYFARER_OT_embed(LongOperator, bpy.types.Operator):

@@ -3,11 +3,11 @@
 import bpy
 
 from ...core.progress import Progress, portion
+from ..bridge.text import counted
 from ..examination import ClipHealth, clip_health, clip_motions
-from ..inputs import doctor_settings, read_character_steps
 from ..jobs import LongOperator
-from ..state import keep_health, keep_motion
-from ..text import counted
+from ..results.state import keep_health, keep_motion
+from ..scene.inputs import doctor_settings, read_character_steps
 from .needs_clips import NeedsClips
 
 

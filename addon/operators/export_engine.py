@@ -5,9 +5,9 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ..engine_folder import engine_folder_steps, write_engine_folder
+from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..jobs import LongOperator
-from ..state import embedding_of
+from ..results.state import embedding_of
 from .needs_embedding import NeedsEmbedding
 
 

@@ -7,8 +7,8 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import MotionGraphError
-from ..results_export import export_results
-from ..text import counted
+from ..bridge.text import counted
+from ..exports.results import export_results
 
 
 class WAYFARER_OT_export_results(bpy.types.Operator):

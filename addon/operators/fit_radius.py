@@ -4,8 +4,8 @@ import bpy
 
 from ...core.errors import MotionGraphError
 from ...core.motion.body_size import body_radius
-from ..bridge.skeleton import bind_rig
-from ..text import length
+from ..bridge.rig import bind_rig
+from ..bridge.text import length
 from .needs_character import NeedsCharacter
 
 

@@ -4,8 +4,8 @@ import bpy
 
 from ...core.errors import MotionGraphError
 from ...core.motion.joint_roles import joint_weights
-from ..bridge.skeleton import bind_rig
-from ..text import counted
+from ..bridge.rig import bind_rig
+from ..bridge.text import counted
 from .needs_character import NeedsCharacter
 
 

@@ -11,11 +11,11 @@ from ...core.motion.airborne import jump_mask
 from ...core.progress import Progress, portion
 from ..bridge.body import add_body
 from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, restore, what_is_there
+from ..bridge.owned import CHARACTER, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
+from ..bridge.text import counted
 from ..jobs import LongOperator
-from ..scene_collections import CHARACTER, ensure_collection
-from ..text import counted
 
 
 class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):

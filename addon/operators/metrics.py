@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..findings.finding import Finding, keep_finding
-from ..findings.metrics import measure_steps
-from ..state import embedding_of
+from ..results.findings.finding import Finding, keep_finding
+from ..results.findings.metrics import measure_steps
+from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding, FindsOut
 
 

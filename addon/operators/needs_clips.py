@@ -1,6 +1,6 @@
 """What operators on clips need before they can run."""
 
-from ..clip_actions import character_problem
+from ..bridge.clip_actions import character_problem
 
 
 class NeedsClips:

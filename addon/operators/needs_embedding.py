@@ -1,6 +1,6 @@
 """What operators that let characters walk need before they can run."""
 
-from ..clip_actions import character_problem
+from ..bridge.clip_actions import character_problem
 from .asks_embedding import AsksEmbedding
 
 

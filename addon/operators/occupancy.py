@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..findings.occupancy import occupancy_finding_steps
-from ..state import embedding_of
+from ..results.findings.occupancy import occupancy_finding_steps
+from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding, FindsOut
 
 

@@ -3,10 +3,10 @@
 import bpy
 
 from ..jobs import LongOperator
-from ..painting import paint_floor
 from ..render.floor import FLOOR_NAME
 from ..render.viewport import show_colors
-from ..state import embedding_of
+from ..results.painting import paint_floor
+from ..results.state import embedding_of
 from .asks_embedding import LooksAtEmbedding
 
 __all__ = ["FLOOR_NAME", "WAYFARER_OT_paint_map"]

@@ -8,7 +8,7 @@ from ...core.evaluation.place import PlaceReport, place_report
 from ...core.evaluation.why_not import why_not_steps
 from ...core.progress import finish
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
-from ..state import embedding_of, redraw, results
+from ..results.state import embedding_of, redraw, results
 from .asks_embedding import LooksAtEmbedding
 from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..state import results
+from ..results.state import results
 from .asks_embedding import AsksEmbedding
 from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
 

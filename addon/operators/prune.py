@@ -3,12 +3,12 @@
 import bpy
 
 from ...core.tuning.pruning import prune_steps
-from ..findings.finding import keep_finding
-from ..findings.pruning import pruning_finding
+from ..bridge.text import amount, area, counted, share_of
 from ..jobs import LongOperator
-from ..pruned_embedding import keep_pruning
-from ..state import results, whole_of
-from ..text import amount, area, counted, share_of
+from ..results.findings.finding import keep_finding
+from ..results.findings.pruning import pruning_finding
+from ..results.pruned import keep_pruning
+from ..results.state import results, whole_of
 from .asks_embedding import AsksEmbedding
 
 

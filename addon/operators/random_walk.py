@@ -3,12 +3,12 @@
 import bpy
 
 from ...core.progress import Progress, portion
-from ..advice import start_advice
+from ..bridge.text import counted, length, time
+from ..bridge.text import slide as slide_words
 from ..jobs import LongOperator
 from ..properties import WalkStyle
-from ..state import embedding_of, results
-from ..text import counted, length, time
-from ..text import slide as slide_words
+from ..results.advice import start_advice
+from ..results.state import embedding_of, results
 from ..walks.baking import bake_motion
 from ..walks.motion import motion_steps, read_motion_request
 from ..walks.planning import walk_steps

@@ -3,14 +3,14 @@
 import bpy
 
 from ...core.evaluation.query import query_steps
-from ..findings.finding import keep_finding
-from ..findings.reach import reach_finding
+from ...core.maps import map_of
+from ...core.maps.query import NAME, paint_query
 from ..jobs import LongOperator
-from ..painting import paint_floor
-from ..render.maps import map_of
-from ..render.maps.query import NAME, paint_query
 from ..render.viewport import show_colors
-from ..state import embedding_of
+from ..results.findings.finding import keep_finding
+from ..results.findings.reach import reach_finding
+from ..results.painting import paint_floor
+from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding
 
 

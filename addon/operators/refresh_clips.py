@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..clip_actions import character_problem
-from ..text import counted
+from ..bridge.clip_actions import character_problem
+from ..bridge.text import counted
 
 
 class WAYFARER_OT_refresh_clips(bpy.types.Operator):

@@ -2,9 +2,9 @@
 
 import bpy
 
-from ..pruned_embedding import restore_whole
-from ..state import embedding_of, results
-from ..text import counted
+from ..bridge.text import counted
+from ..results.pruned import restore_whole
+from ..results.state import embedding_of, results
 
 
 class WAYFARER_OT_restore_embedding(bpy.types.Operator):

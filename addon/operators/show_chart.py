@@ -3,9 +3,9 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..findings.finding import TITLES, find_finding
 from ..render.finding_charts import CHARTS, show_chart
 from ..render.image_editor import show_in_editor
+from ..results.findings.finding import TITLES, find_finding
 
 
 class WAYFARER_OT_show_chart(bpy.types.Operator):

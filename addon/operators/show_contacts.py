@@ -4,13 +4,13 @@ import bpy
 
 from ...core.motion.contacts import foot_contacts
 from ...core.progress import Progress, portion
-from ..inputs import read_character_steps
+from ..bridge.text import counted
 from ..jobs import LongOperator
 from ..render.contact_strip import ClipContacts, contact_strip
 from ..render.image_editor import show_in_editor
 from ..render.raster import put_in_image
-from ..state import keep_contacts
-from ..text import counted
+from ..results.state import keep_contacts
+from ..scene.inputs import read_character_steps
 from .needs_clips import NeedsClips
 
 IMAGE_NAME = "Wayfarer Contacts"

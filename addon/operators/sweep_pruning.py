@@ -2,11 +2,11 @@
 
 import bpy
 
-from ..findings.finding import PRUNING_CURVE
-from ..findings.pruning import pruning_curve_finding_steps
 from ..render.finding_charts import show_chart
 from ..render.image_editor import show_in_editor
-from ..state import whole_of
+from ..results.findings.finding import PRUNING_CURVE
+from ..results.findings.pruning import pruning_curve_finding_steps
+from ..results.state import whole_of
 from .asks_embedding import AsksEmbedding, FindsOut
 
 

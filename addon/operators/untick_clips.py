@@ -2,9 +2,9 @@
 
 import bpy
 
-from ..clip_choice import deletable_actions
-from ..findings.finding import DELETION, find_finding
-from ..text import counted
+from ..bridge.text import counted
+from ..results.clip_choice import deletable_actions
+from ..results.findings.finding import DELETION, find_finding
 
 
 class WAYFARER_OT_untick_clips(bpy.types.Operator):

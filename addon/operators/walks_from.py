@@ -6,14 +6,14 @@ import numpy as np
 from ...core.playback.walk import WalkSettings, nearest_node, random_walk_steps
 from ...core.playback.wandering import wandering_walk_steps
 from ...core.progress import Progress, portion
-from ..advice import start_advice
+from ..bridge.owned import OUTPUT, ensure_collection, find_collection, walk_fan
+from ..bridge.text import counted, time
+from ..bridge.text import place as place_words
 from ..jobs import LongOperator
 from ..properties import WalkStyle
-from ..render.walk_fan import draw_walk_fan, remove_walk_fan, walk_fan
-from ..scene_collections import OUTPUT, ensure_collection, find_collection
-from ..state import embedding_of, results
-from ..text import counted, time
-from ..text import place as place_words
+from ..render.walk_fan import draw_walk_fan, remove_walk_fan
+from ..results.advice import start_advice
+from ..results.state import embedding_of, results
 from .asks_embedding import AsksEmbedding
 
 

@@ -2,9 +2,9 @@
 
 import bpy
 
-from ..findings.weak_spots import weak_spots_finding_steps
-from ..state import embedding_of
-from ..text import counted
+from ..bridge.text import counted
+from ..results.findings.weak_spots import weak_spots_finding_steps
+from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding, FindsOut
 
 

@@ -6,10 +6,10 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...core.report.scene_report import report_files
-from ..export_folder import write_files
+from ..bridge.text import counted
+from ..exports.folder import write_files
+from ..exports.report import scene_report_steps
 from ..jobs import LongOperator
-from ..scene_report import scene_report_steps
-from ..text import counted
 from .asks_embedding import AsksEmbedding
 
 

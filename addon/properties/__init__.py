@@ -1,8 +1,8 @@
 """The settings of a scene, ``scene.wayfarer``: what the panels show and the operators read.
 
 Defaults are those of the core's settings where it has them. Settings, findings and the report on the last walk are
-properties: saved and undone with the scene. Graphs, embeddings and walks are not (see :mod:`..state`);
-:mod:`..storage` puts them into files.
+properties: saved and undone with the scene. Graphs, embeddings and walks are not (see the room
+:mod:`..results`); :mod:`..results.file` puts them into files.
 """
 
 import bpy
@@ -16,6 +16,7 @@ from . import (
     floor_map,
     motion_graph,
     overlay,
+    presets,
     queries,
     scene,
     tuning,
@@ -48,9 +49,11 @@ def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.wayfarer = bpy.props.PointerProperty(type=scene.WayfarerSceneSettings)
+    presets.register()
 
 
 def unregister():
+    presets.unregister()
     del bpy.types.Scene.wayfarer
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -3,15 +3,14 @@
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
+from ..bridge.go_to_place import go_to_place
+
 
 def _on_row(finding, _) -> None:
     """A line was chosen: its place, if it has one, is looked at; nothing is selected."""
     row = finding.chosen
     if row is not None and row.has_place:
-        # Only now, because what looks at places knows what has been computed.
-        from ..go_to_place import go_to_place
-
-        go_to_place(finding.id_data, tuple(row.place), row.size)
+        go_to_place(finding.id_data, (*row.place, finding.height), row.size)
 
 
 class WayfarerFindingRow(bpy.types.PropertyGroup):
@@ -37,6 +36,9 @@ class WayfarerFinding(bpy.types.PropertyGroup):
         name="Numbers", description="The numbers in the panel, as JSON", default="[]", options=set()
     )
     sentences: StringProperty(name="Sentences", description="What there is to say, in lines", options=set())
+    height: FloatProperty(
+        name="Height", description="The ground's, on which places are", subtype="DISTANCE", options=set()
+    )
     rows: CollectionProperty(type=WayfarerFindingRow)
     active_row: IntProperty(
         name="Active Line",

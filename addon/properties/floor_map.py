@@ -6,8 +6,8 @@ from typing import cast
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ..render.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
-from ..render.palettes import Palette
+from ...core.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
+from ...core.maps.palettes import Palette
 from .enums import enum_items
 from .graph_names import segment_names
 

@@ -24,8 +24,21 @@ def matching(names, typed: str) -> list[str]:
     return [name for name in names if typed.lower() in name.lower()]
 
 
-def _graph(settings):
-    # Only now, because what has been computed knows the settings.
-    from ..scene_results import embedded_graph
+class GraphSource:
+    """Find the motion graph of a scene for those who choose names from it.
 
-    return embedded_graph(settings.id_data)
+    The results lie above the settings, so that they say here how they are reached.
+    """
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self) -> None:
+        self.graph_of = lambda scene: None
+
+
+SOURCE = GraphSource()
+
+
+def _graph(settings):
+    return SOURCE.graph_of(settings.id_data)

@@ -5,7 +5,7 @@ from enum import Enum
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
 
-from ..clip_actions import character_actions
+from ..bridge.clip_actions import character_actions
 from .clips import WayfarerClip, WayfarerContactSettings
 from .embedding import WayfarerEmbeddingSettings
 from .enums import enum_items

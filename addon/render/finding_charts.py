@@ -7,7 +7,8 @@ import numpy as np
 from ...core.report.chart import Series, bar_chart, line_chart
 from ...core.report.drawing import Drawing
 from ...core.report.table import Table
-from ..findings.finding import (
+from ..bridge.text import exact, place
+from ..results.findings.finding import (
     ABLATION,
     ACTIONS,
     CAPTURE,
@@ -19,7 +20,6 @@ from ..findings.finding import (
     find_finding,
     table_of,
 )
-from ..text import exact, place
 from .raster import show_image
 
 _BARS = 40

@@ -7,11 +7,10 @@ import bpy
 import numpy as np
 
 from ...core.errors import SceneError
-from ..bridge.write_colors import ground_grid, paint, painted_ground
-from ..scene_collections import OUTPUT, ensure_collection, find_collection
-from ..scene_results import results
-from .map_legend import MapLegend
-from .maps.floor_map import PaintedMap
+from ...core.maps.floor_map import PaintedMap
+from ...core.maps.legend import MapLegend
+from ..bridge.owned import OUTPUT, ensure_collection, find_collection, painted_ground
+from ..bridge.write_colors import ground_grid, paint
 
 FLOOR_NAME = "Wayfarer Floor"
 LEGEND_PROPERTY = "wayfarer_legend"
@@ -20,19 +19,15 @@ _APART = 4e-4
 """Metres above the ground for each metre of its diagonal: what is seen from farther away is told apart less well."""
 
 
-def put_on_floor(scene, grid, ground_height: float, offset: float, painted: PaintedMap, in_operator: bool = False):
+def put_on_floor(scene, grid, ground_height: float, offset: float, painted: PaintedMap):
     """Paint the scene's floor, made if there is none, and keep the legend with it; returns the object.
 
-    ``grid`` is the core's Grid, ``ground_height`` and ``offset`` are metres. Whoever is no operator, so that Blender
-    makes no step of undo of what he does, says what the floor shows by :func:`.state.keep_painted`: that makes one.
+    ``grid`` is the core's Grid, ``ground_height`` and ``offset`` are metres.
 
-    Raises SceneError if the floor is being edited, or if undo has taken it away and no operator asks for another one:
-    that would come back however often it is undone, and nothing could be redone any more.
+    Raises SceneError if the floor is being edited.
     """
     nx, ny, _ = grid.shape
     earlier = find_floor(scene)
-    if earlier is None and not in_operator and results(scene).map_was_undone:
-        raise SceneError("The painted floor was undone; redo, or paint the map again.")
     if earlier is not None and cast(bpy.types.Mesh, earlier.data).is_editmode:
         raise SceneError(f"The floor '{earlier.name}' is being edited; leave Edit Mode, so that it can be painted.")
     above = max(offset, _APART * float(np.hypot(*grid.size)))

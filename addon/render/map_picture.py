@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import bpy
 
+from ...core.maps.colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED, WALK
 from .legend import Legend
-from .map_colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED, WALK
 from .picture_scene import opaque, picture_scene
 
 _BACKGROUND = (0.065, 0.07, 0.08)

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..versions import keep_material_colors
+from ..bridge.versions import keep_material_colors
 from .map_picture import MapScene
 from .view_picture import aim
 

@@ -3,12 +3,11 @@
 import bpy
 import numpy as np
 
+from ...core.maps.colors import WALK, linear
 from ..bridge.materials import own_material, remove_unused_materials
-from ..scene_collections import OUTPUT, find_collection, is_called
-from ..versions import node_tree
-from .map_colors import WALK, linear
+from ..bridge.owned import OUTPUT, WALK_CURVE, find_collection, find_walk_curve
+from ..bridge.versions import node_tree
 
-NAME = "Wayfarer Walk"
 _RADIUS = 0.018
 _ABOVE = 0.03
 """Metres above the floor: free of the painted grid, below the ankles."""
@@ -18,22 +17,12 @@ def walk_curve(path: np.ndarray, ground_height: float, collection) -> bpy.types.
     """A tube along (F, 3) x, y (m), heading (rad), in ``collection``; one made before is used again."""
     obj = find_walk_curve(collection)
     if obj is None:
-        curve = bpy.data.curves.new(NAME, "CURVE")
-        curve.materials.append(walk_material(NAME, WALK))
-        obj = bpy.data.objects.new(NAME, curve)
+        curve = bpy.data.curves.new(WALK_CURVE, "CURVE")
+        curve.materials.append(walk_material(WALK_CURVE, WALK))
+        obj = bpy.data.objects.new(WALK_CURVE, curve)
         collection.objects.link(obj)
     lay_tube(obj.data, path, ground_height)
     return obj
-
-
-def find_walk_curve(collection):
-    """What :func:`walk_curve` made in a collection; None if it is gone, or has another name: then it is the artist's.
-
-    Blender numbers that of a second scene.
-    """
-    found = [obj for obj in collection.objects if obj.type == "CURVE" and is_called(obj, NAME)]
-    # Someone may have duplicated it.
-    return min(found, key=lambda obj: obj.name != NAME, default=None)
 
 
 def lay_tube(curve, path: np.ndarray, ground_height: float) -> None:
@@ -65,7 +54,7 @@ def remove_walk_curve(scene) -> None:
         bpy.data.objects.remove(obj)
         if curve.users == 0:
             bpy.data.curves.remove(curve)
-        remove_unused_materials([NAME])
+        remove_unused_materials([WALK_CURVE])
 
 
 def _apart(points: np.ndarray, distance: float = 0.02) -> np.ndarray:

@@ -6,10 +6,10 @@ import bpy
 import numpy as np
 
 from ..bridge.materials import remove_unused_materials
+from ..bridge.owned import FAN_PROPERTY, walk_fan
 from .walk_curve import lay_tube, walk_material
 
 NAME = "Wayfarer Walk from Here"
-_PROPERTY = "wayfarer_walk_from"
 
 # sRGB, Okabe and Ito's palette without black, and without the green of the baked walk.
 COLORS = (
@@ -34,17 +34,12 @@ def draw_walk_fan(paths: Sequence[np.ndarray], ground_height: float, collection)
         curve.materials.append(walk_material(_MATERIALS[color], COLORS[color]))
         lay_tube(curve, path, ground_height)
         obj = bpy.data.objects.new(NAME, curve)
-        obj[_PROPERTY] = number
+        obj[FAN_PROPERTY] = number
         collection.objects.link(obj)
         made.append(obj)
     # There may have been more walks than now.
     remove_unused_materials(_MATERIALS)
     return made
-
-
-def walk_fan(collection) -> list[bpy.types.Object]:
-    """The curves of :func:`draw_walk_fan`, whatever they are called now."""
-    return [obj for obj in collection.objects if _PROPERTY in obj and obj.type == "CURVE"]
 
 
 def remove_walk_fan(collection) -> int:

@@ -11,7 +11,7 @@ from ...core.motion.kinematics import as_rotation, world_transforms
 from ...core.motion.repertoire import sample_bone_lengths, sample_skeleton
 from ..bridge.body import add_body
 from ..bridge.create_armature import create_armature
-from ..bridge.skeleton import bind_rig
+from ..bridge.rig import bind_rig
 from ..bridge.write_action import assign_action, write_clip
 
 NAME = "Wayfarer Character"

@@ -8,7 +8,7 @@ import bpy
 from ...core.errors import SceneError
 from ..bridge.libraries import forget_file
 from ..bridge.materials import remove_unused_materials
-from ..scene_collections import OBSTACLES, REGIONS, ROOM, ensure_collection
+from ..bridge.owned import OBSTACLES, REGIONS, ROOM, ensure_collection
 from .layouts import SceneLayout
 from .scene_objects import MATERIALS, SAMPLE_PROPERTY, add_scene_objects, configure
 

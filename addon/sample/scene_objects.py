@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 
 from ...core.environment.regions import RegionRule
+from ...core.maps.colors import OBSTACLE, STEP, linear
 from ...core.motion.repertoire import STEP_OBSTACLE, STEP_TAG
 from ..bridge.materials import own_material
-from ..render.map_colors import OBSTACLE, STEP, linear
-from ..versions import node_tree
+from ..bridge.versions import node_tree
 from .layouts import STEP_MARGIN, Block, SceneLayout
 
 GRID_PROPERTY = "wayfarer_grid"

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..findings.finding import ABLATION, ACTIONS, CAPTURE, DELETION, OCCUPANCY, WEAK_SPOTS
+from ..results.findings.finding import ABLATION, ACTIONS, CAPTURE, DELETION, OCCUPANCY, WEAK_SPOTS
 
 _SHARES = {
     ABLATION: (0.66, 1.0),

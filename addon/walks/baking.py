@@ -7,14 +7,13 @@ import numpy as np
 
 from ...core.motion.clip import MotionClip
 from ...core.playback.walk import Walk
+from ..bridge.copies import add_copy, remove_copies, remove_if_empty
+from ..bridge.owned import OUTPUT, WALK_PROPERTY, ensure_collection
 from ..bridge.write_action import assign_action, write_clip
 from ..bridge.write_strips import remove_strips, strip_cuts, write_strips
-from ..clip_actions import WALK_PROPERTY
 from ..properties.walk import WalkOutput
 from ..render.walk_curve import remove_walk_curve, walk_curve
-from ..scene_collections import OUTPUT, ensure_collection
-from ..state import keep_walk, results
-from .copies import add_copy, remove_copies, remove_if_empty
+from ..results.state import keep_walk, results
 from .motion import WALK_NAME, WalkMotion
 from .report import fill_report
 

@@ -16,12 +16,12 @@ from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_
 from ...core.playback.synthesis import synthesize
 from ...core.playback.walk import Walk
 from ...core.progress import Progress, portion
-from ..bridge.skeleton import bind_rig
+from ..bridge.copies import add_copy, remove_copies, remove_if_empty
+from ..bridge.owned import WALK_PROPERTY
+from ..bridge.rig import bind_rig
 from ..bridge.write_action import write_clip
-from ..clip_actions import WALK_PROPERTY
-from ..state import embedding_of
+from ..results.state import embedding_of
 from .baking import FIRST_FRAME, set_timeline
-from .copies import add_copy, remove_copies, remove_if_empty
 from .motion import MotionRequest, read_motion_request
 from .request import read_weighting
 

@@ -20,7 +20,7 @@ from ..properties.walk import (
     WalkTarget,
 )
 from ..properties.walk_weighting import WalkWeighting
-from ..state import embedding_of
+from ..results.state import embedding_of
 from .curve_points import curve_points
 
 Place = tuple[float, float]

@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.findings import finding as findings
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 
 operators = bpy.ops.wayfarer
 BLOCKS = ("objects", "meshes", "actions", "collections", "curves", "materials", "images")

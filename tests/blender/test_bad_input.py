@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import check_bvh, guess_bvh_scale
-from bl_ext.user_default.wayfarer.addon.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import HIGHEST_RATE
 from bl_ext.user_default.wayfarer.core.progress import Progress, finish

@@ -11,7 +11,7 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import guess_bvh_scale
 from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_folder
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, read_clips
-from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
+from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from tests.core.bvh import read_bvh

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
+from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation, world_transforms
 from bl_ext.user_default.wayfarer.core.motion.sides import mirrored_pairs

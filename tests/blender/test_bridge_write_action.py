@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from bl_ext.user_default.wayfarer.addon.bridge.create_armature import create_armature
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
+from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import (
     animated_bones,
     assign_action,

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 from bl_ext.user_default.wayfarer.core.motion.in_place import missing_speed
 from bl_ext.user_default.wayfarer.core.motion.kinematics import as_quaternions, as_rotation

@@ -13,8 +13,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import command, state
-from bl_ext.user_default.wayfarer.addon.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.cli import command
+from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells
 from bl_ext.user_default.wayfarer.core.evaluation.variability import floor_variability
 from dev import copy_shipped
@@ -239,7 +240,7 @@ def test_settings_that_make_no_sense(text, complaint):
 
 def test_through_the_bpy_module(sample_file, tmp_path):
     words = [sample_file, "--", "evaluate", "--json", "-", "--set", "cell_size=0.5", "--set", "n_headings=8"]
-    script = [sys.executable, str(ROOT / "addon" / "run_command.py")]
+    script = [sys.executable, str(ROOT / "tools" / "run_command.py")]
     result = subprocess.run([*script, *words], capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["embedding"]["nodes"] > 0

@@ -4,11 +4,12 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import inputs, state
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.operators.show_contacts import IMAGE_NAME
 from bl_ext.user_default.wayfarer.addon.render.contact_strip import LEFT, RIGHT, ClipContacts, contact_strip
 from bl_ext.user_default.wayfarer.addon.render.image_editor import show_in_editor
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.scene import inputs
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 

@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
+from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.walks.crowd import CROWD_COLLECTION, crowd_walk_steps
 
 operators = bpy.ops.wayfarer

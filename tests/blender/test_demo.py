@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-DEMO = Path(__file__).resolve().parents[2] / "addon" / "demo.py"
+DEMO = Path(__file__).resolve().parents[2] / "tools" / "demo.py"
 KEYS = {"clips", "segments", "graph_links", "nodes", "links", "coverage", "walk_seconds", "seconds"}
 
 
@@ -47,7 +47,7 @@ def test_the_sample(tmp_path):
     defects = {tried["seed"]: tried["defects_per_minute"] for tried in report["walks_tried"]}
     assert len(defects) == 4 and defects[report["walk_seed"]] == min(defects.values()) < max(defects.values())
 
-    from bl_ext.user_default.wayfarer.addon.render.map_colors import OBSTACLE, STEP, WALK
+    from bl_ext.user_default.wayfarer.core.maps.colors import OBSTACLE, STEP, WALK
 
     plan = pixels(out / "map.png")
     assert share_like(plan, OBSTACLE) > 0.02 and share_like(plan, STEP) > 0.005 and share_like(plan, WALK) > 0.002

@@ -3,7 +3,7 @@
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
+from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
 
 operators = bpy.ops.wayfarer
 

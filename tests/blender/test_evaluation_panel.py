@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.findings import finding as findings
-from bl_ext.user_default.wayfarer.addon.findings.capture import chosen_candidates
+from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
+from bl_ext.user_default.wayfarer.addon.results.findings.capture import chosen_candidates
 from bl_ext.user_default.wayfarer.addon.ui.finding_lists import WAYFARER_UL_findings
 from bl_ext.user_default.wayfarer.core.evaluation.ablation import Kind, ablate, without
 from bl_ext.user_default.wayfarer.core.evaluation.action_coverage import action_coverage

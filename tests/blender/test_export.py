@@ -12,11 +12,12 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import command, state
 from bl_ext.user_default.wayfarer.addon.bridge.export_gltf import export_clips
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PROPERTY
-from bl_ext.user_default.wayfarer.addon.engine_folder import CLIPS_FILE, engine_folder_steps, write_engine_folder
+from bl_ext.user_default.wayfarer.addon.cli import command
+from bl_ext.user_default.wayfarer.addon.exports.engine import CLIPS_FILE, engine_folder_steps, write_engine_folder
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.errors import ExportError
 from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files_steps
 from bl_ext.user_default.wayfarer.core.progress import finish

@@ -3,9 +3,9 @@
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.live_evaluation import LiveEvaluation
+from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
+from bl_ext.user_default.wayfarer.addon.results import state
 
 operators = bpy.ops.wayfarer
 

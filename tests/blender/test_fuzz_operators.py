@@ -15,17 +15,17 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_colors
-from bl_ext.user_default.wayfarer.addon.inputs import (
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results.workflow import build_graph_steps
+from bl_ext.user_default.wayfarer.addon.scene.inputs import (
     graph_settings,
     make_environment,
     prepared_clips_steps,
     read_character_steps,
     read_shapes,
 )
-from bl_ext.user_default.wayfarer.addon.motion_fingerprint import actions_fingerprint
-from bl_ext.user_default.wayfarer.addon.workflow import build_graph_steps
+from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import actions_fingerprint
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.errors import SceneError
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip

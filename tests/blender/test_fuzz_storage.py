@@ -14,7 +14,8 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from bl_ext.user_default.wayfarer.addon import state, storage
+from bl_ext.user_default.wayfarer.addon.results import file as storage
+from bl_ext.user_default.wayfarer.addon.results import state
 
 EFFORT = int(os.environ.get("WAYFARER_FUZZ", "1"))
 # No shrinking: what is found is small enough, and takes long enough.

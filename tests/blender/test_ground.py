@@ -4,9 +4,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.addon.properties import GroundSource
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.core.errors import SceneError
 
 operators = bpy.ops.wayfarer

@@ -41,10 +41,6 @@ while names:
 print("\\n".join(path for several in paths.values() for path in several))
 """
 OLDER = "0.0.1"
-# What only dev.py runs, in a checkout.
-DEVELOPERS = tuple(
-    f"addon/{name}" for name in ("demo", "headless", "journal", "reproduce", "run_command", "sample/make_scenes")
-)
 PAGES = ("LICENSE", "README.md", "CHANGELOG.md")
 # In .venv-VERSION that Blender alone: each has its own run.
 PYTHONS = [Path(sys.executable), *(dev.other_pythons() if Path(sys.prefix).name == ".venv" else [])]
@@ -94,11 +90,12 @@ def test_only_what_blender_needs_is_in_it(archive, wheels):
     assets = {path.relative_to(dev.ROOT) for path in dev.ROOT.glob("assets/**/*") if path.is_file()}
     shipped |= {path for path in assets if "__pycache__" not in path.parts}
     shipped |= {path.relative_to(dev.ROOT) for path in dev.ROOT.glob("docs/*.md")}
-    sources = {path.as_posix() for path in shipped if not path.as_posix().startswith(DEVELOPERS)}
+    sources = {path.as_posix() for path in shipped}
     # Nothing of a developer's, whatever folders it may lie in.
     kinds = {Path(name).suffix for name in sources}
     assert kinds <= {".py", ".blend", ".bvh", ".json", ".npz", ".md", ".txt", ".svg", ".png", ".jpg", ".toml"}, kinds
-    assert not any(word in name for name in names for word in ("tests", "__pycache__", ".git", "dev.py", "pyproject"))
+    of_developers = ("tests", "tools/", "__pycache__", ".git", "dev.py", "pyproject")
+    assert not any(word in name for name in names for word in of_developers)
     shipped_wheels = {f"wheels/{wheel.name}" for wheel in wheels}
     assert names == sources | shipped_wheels | {"__init__.py", "blender_manifest.toml", *PAGES}
     assert manifest["platforms"] == [dev.this_platform()]

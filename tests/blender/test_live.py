@@ -6,12 +6,14 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import live, scene_changes, state
 from bl_ext.user_default.wayfarer.addon.bridge.read_scene import ShapeMemory, read_triangles
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ATTRIBUTE
-from bl_ext.user_default.wayfarer.addon.inputs import make_environment, read_shapes
-from bl_ext.user_default.wayfarer.addon.live_evaluation import LiveEvaluation
+from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
+from bl_ext.user_default.wayfarer.addon.live.live import live
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.scene import changes as scene_changes
+from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.evaluation.variability import floor_variability
 

@@ -6,13 +6,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.properties.graph_names import clip_names, segment_names
 from bl_ext.user_default.wayfarer.addon.render.floor import LEGEND_PROPERTY, find_floor, floor_legend, put_on_floor
-from bl_ext.user_default.wayfarer.addon.render.map_colors import lightest_value, linear
-from bl_ext.user_default.wayfarer.addon.render.map_legend import MapLegend
-from bl_ext.user_default.wayfarer.addon.render.maps import MAPS, MapOptions, MapQuantity, PaintedMap, map_of
-from bl_ext.user_default.wayfarer.addon.render.palettes import Palette, scale_of
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.environment.grid import Grid
 from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 from bl_ext.user_default.wayfarer.core.evaluation.detours import detours
@@ -22,6 +18,10 @@ from bl_ext.user_default.wayfarer.core.evaluation.reach import time_to_reach
 from bl_ext.user_default.wayfarer.core.evaluation.telling_times import telling_times
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability, variability
 from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import WeakSpotSettings, weak_spots
+from bl_ext.user_default.wayfarer.core.maps import MAPS, MapOptions, MapQuantity, PaintedMap, map_of
+from bl_ext.user_default.wayfarer.core.maps.colors import lightest_value, linear
+from bl_ext.user_default.wayfarer.core.maps.legend import MapLegend
+from bl_ext.user_default.wayfarer.core.maps.palettes import Palette, scale_of
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.wording import area as area_words
 from bl_ext.user_default.wayfarer.core.wording import short

@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.inputs import read_character, read_character_steps
-from bl_ext.user_default.wayfarer.addon.motion_fingerprint import action_fingerprint, actions_fingerprint
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.scene.inputs import read_character, read_character_steps
+from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import action_fingerprint, actions_fingerprint
 from bl_ext.user_default.wayfarer.core.progress import finish
 
 

@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.airborne import clearance_mask, jump_mask
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip

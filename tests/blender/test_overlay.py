@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-from bl_ext.user_default.wayfarer.addon import environment_view, state
+from bl_ext.user_default.wayfarer.addon.live import environment as environment_view
 from bl_ext.user_default.wayfarer.addon.operators.pick_place import tip_box
 from bl_ext.user_default.wayfarer.addon.operators.picks_on_floor import ground_under
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, GROUND, RULES, body_lines
-from bl_ext.user_default.wayfarer.addon.render.map_legend import ColorBar, MapLegend, Swatch
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, guarded, text_width
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.evaluation.place import place_report
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import why_not
+from bl_ext.user_default.wayfarer.core.maps.legend import ColorBar, MapLegend, Swatch
 
 operators = bpy.ops.wayfarer
 LEGEND = MapLegend(

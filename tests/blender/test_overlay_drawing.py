@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from bl_ext.user_default.wayfarer.addon import environment_view
+from bl_ext.user_default.wayfarer.addon.live import environment as environment_view
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, BODY, GROUND, RULES, body_lines
-from bl_ext.user_default.wayfarer.addon.render.map_legend import ColorBar, MapLegend, Swatch
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, draw_box
 from bl_ext.user_default.wayfarer.addon.ui.overlay.environment import draw_lines, line_batch
 from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
+from bl_ext.user_default.wayfarer.core.maps.legend import ColorBar, MapLegend, Swatch
 
 LEGEND = MapLegend(
     title="Variability",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from bpy.props import BoolProperty, PointerProperty
 
-from bl_ext.user_default.wayfarer.addon import environment_sight, environment_view
+from bl_ext.user_default.wayfarer.addon.live import environment as environment_view
+from bl_ext.user_default.wayfarer.addon.live import sight as environment_sight
 
 from .registered import EXTENSION
 

@@ -4,9 +4,10 @@ import blf
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import properties, state
-from bl_ext.user_default.wayfarer.addon import text as numbers
+from bl_ext.user_default.wayfarer.addon import properties
+from bl_ext.user_default.wayfarer.addon.bridge import text as numbers
 from bl_ext.user_default.wayfarer.addon.operators import _CLASSES as OPERATORS
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.ui import lists, text
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings

@@ -4,15 +4,15 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
+from bl_ext.user_default.wayfarer.addon.bridge.owned import OUTPUT, find_collection, walk_fan
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_colors
-from bl_ext.user_default.wayfarer.addon.findings import finding as findings
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
-from bl_ext.user_default.wayfarer.addon.render.map_colors import displayed
-from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME, walk_fan
-from bl_ext.user_default.wayfarer.addon.scene_collections import OUTPUT, find_collection
+from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 from bl_ext.user_default.wayfarer.core.evaluation import goals
 from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from, time_to_reach
+from bl_ext.user_default.wayfarer.core.maps.colors import displayed
 from bl_ext.user_default.wayfarer.core.wording import area as area_words
 
 from .findings import contents, embedding, found, is_stale, kept, operators, refused, rows, run, undone

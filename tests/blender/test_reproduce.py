@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-REPRODUCE = Path(__file__).resolve().parents[2] / "addon" / "reproduce.py"
+REPRODUCE = Path(__file__).resolve().parents[2] / "tools" / "reproduce.py"
 FIGURES = (
     *("figure_1", "figure_1_without_step", "figure_4_straight_12.5cm", "figure_5_k16", "figure_5_k4", "figure_6_36"),
     *("figure_6_8", "figure_7_a", "figure_7_b", "figure_8", "figure_9_tile", "figure_9_walk", "figure_10_s_hall"),

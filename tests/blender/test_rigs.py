@@ -8,7 +8,7 @@ import pytest
 from mathutils import Matrix
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, read_clips
-from bl_ext.user_default.wayfarer.addon.bridge.skeleton import bind_rig
+from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import assign_action, write_clip
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings, build_environment

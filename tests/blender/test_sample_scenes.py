@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 import pytest
 
+from bl_ext.user_default.wayfarer.addon.bridge.owned import OBSTACLES, OUTPUT, REGIONS, ROOM, ensure_collection
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ground_grid
-from bl_ext.user_default.wayfarer.addon.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.sample import scene_file
 from bl_ext.user_default.wayfarer.addon.sample.layouts import LAYOUTS, layout_of
 from bl_ext.user_default.wayfarer.addon.sample.scene_objects import MATERIALS, add_scene_objects, configure
-from bl_ext.user_default.wayfarer.addon.scene_collections import OBSTACLES, OUTPUT, REGIONS, ROOM, ensure_collection
+from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 
 operators = bpy.ops.wayfarer

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from bl_ext.user_default.wayfarer.addon import advice, state, storage
-from bl_ext.user_default.wayfarer.addon.ground_relief import lowest_floor
-from bl_ext.user_default.wayfarer.addon.inputs import obstacle_objects, read_shapes
+from bl_ext.user_default.wayfarer.addon.results import advice, state
+from bl_ext.user_default.wayfarer.addon.results import file as storage
+from bl_ext.user_default.wayfarer.addon.scene.inputs import obstacle_objects, read_shapes
+from bl_ext.user_default.wayfarer.addon.scene.relief import lowest_floor
 
 from .test_bad_input import new_mesh_object
 from .test_operators import build, fails_and_changes_nothing

@@ -3,7 +3,7 @@
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.advice import stale_advice
+from bl_ext.user_default.wayfarer.addon.results.advice import stale_advice
 from bl_ext.user_default.wayfarer.addon.ui.panels.floor_map import WAYFARER_PT_map
 from bl_ext.user_default.wayfarer.addon.ui.panels.walk import WAYFARER_PT_walk
 

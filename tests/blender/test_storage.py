@@ -9,8 +9,10 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import results_export, state, storage
+from bl_ext.user_default.wayfarer.addon.exports import results as results_export
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
+from bl_ext.user_default.wayfarer.addon.results import file as storage
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.ui.overlay import legend
 
 from .registered import EXTENSION
@@ -189,7 +191,7 @@ def test_whoever_switches_the_extension_on_later_finds_them(built, tmp_path, way
     bpy.ops.wm.open_mainfile(filepath=path)
     assert storage.PROPERTY in bpy.context.scene
     addon_utils.enable(EXTENSION, default_set=True)
-    assert importlib.import_module(f"{EXTENSION}.addon.state").results(bpy.context.scene).summary == before
+    assert importlib.import_module(f"{EXTENSION}.addon.results.state").results(bpy.context.scene).summary == before
     assert storage.PROPERTY not in bpy.context.scene
 
 
@@ -197,7 +199,7 @@ def test_switching_the_extension_off_and_on_keeps_results(built, tmp_path, wayfa
     before, stale_before = dict(scene_results().summary), stale()
     addon_utils.disable(EXTENSION, default_set=True)
     addon_utils.enable(EXTENSION, default_set=True)
-    again = importlib.import_module(f"{EXTENSION}.addon.state")
+    again = importlib.import_module(f"{EXTENSION}.addon.results.state")
     found = again.results(bpy.context.scene)
     assert found.summary == before and found.embedding.n_nodes == before["nodes"]
     assert (again.graph_is_stale(bpy.context.scene), again.walk_is_stale(bpy.context.scene)) == (False, False)
@@ -206,7 +208,7 @@ def test_switching_the_extension_off_and_on_keeps_results(built, tmp_path, wayfa
     addon_utils.disable(EXTENSION, default_set=True)
     bpy.ops.wm.open_mainfile(filepath=save(tmp_path / "off.blend"))
     addon_utils.enable(EXTENSION, default_set=True)
-    assert importlib.import_module(f"{EXTENSION}.addon.state").results(bpy.context.scene).summary == before
+    assert importlib.import_module(f"{EXTENSION}.addon.results.state").results(bpy.context.scene).summary == before
 
 
 def test_what_is_no_result_is_refused(built):

@@ -9,9 +9,10 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import command, state
-from bl_ext.user_default.wayfarer.addon.large_ground import evaluate_in_parcels
-from bl_ext.user_default.wayfarer.addon.study import read_sources
+from bl_ext.user_default.wayfarer.addon.cli import command
+from bl_ext.user_default.wayfarer.addon.cli.large_ground import evaluate_in_parcels
+from bl_ext.user_default.wayfarer.addon.cli.study import read_sources
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.embedding.settings import EmbeddingSettings
 from bl_ext.user_default.wayfarer.core.errors import EmbeddingError, StudyError

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 import dev
-from bl_ext.user_default.wayfarer.addon import state, versions
-from bl_ext.user_default.wayfarer.addon.render.map_colors import linear
+from bl_ext.user_default.wayfarer.addon.bridge import versions
 from bl_ext.user_default.wayfarer.addon.render.picture_scene import picture_scene
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.core.maps.colors import linear
 
 SIZE = 16
 # Looked at from .venv; made by `dev.py test --blender VERSION`.
@@ -43,7 +44,7 @@ def test_one_module_alone_asks_for_the_version():
                 owner = ast.unparse(node.value)
                 if owner.endswith("app") or node.attr == "__version__":
                     asking.add(path.relative_to(dev.ROOT / "addon").as_posix())
-    assert asking == {"versions.py"}
+    assert asking == {"bridge/versions.py"}
 
 
 def test_the_oldest_version_is_the_one_that_the_manifest_names():

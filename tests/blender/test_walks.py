@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
-from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
-from bl_ext.user_default.wayfarer.addon.motion_fingerprint import action_fingerprint
+from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import action_fingerprint
 from bl_ext.user_default.wayfarer.addon.walks.baking import COPY_COLLECTION
 from bl_ext.user_default.wayfarer.addon.walks.curve_points import curve_points
 from bl_ext.user_default.wayfarer.addon.walks.request import read_request

@@ -6,12 +6,10 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
 from bl_ext.user_default.wayfarer.addon.operators.paint_map import FLOOR_NAME
 from bl_ext.user_default.wayfarer.addon.properties import MapQuantity
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
-from bl_ext.user_default.wayfarer.addon.render.map_colors import linear
-from bl_ext.user_default.wayfarer.addon.render.reason_colors import reason_colors, reason_legend
+from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells, ruled_cells
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import (
     Reason,
@@ -20,6 +18,8 @@ from bl_ext.user_default.wayfarer.core.evaluation.why_not import (
     reason_shares,
     why_not,
 )
+from bl_ext.user_default.wayfarer.core.maps.colors import linear
+from bl_ext.user_default.wayfarer.core.maps.reasons import reason_colors, reason_legend
 
 operators = bpy.ops.wayfarer
 

@@ -9,12 +9,12 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon import state
+from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_CURVE as WALK_NAME
+from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.clip_actions import WALK_PROPERTY
 from bl_ext.user_default.wayfarer.addon.operators.paint_map import FLOOR_NAME
-from bl_ext.user_default.wayfarer.addon.render.map_colors import BLOCKED, UNREACHED, linear
-from bl_ext.user_default.wayfarer.addon.render.walk_curve import NAME as WALK_NAME
+from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.core.maps.colors import BLOCKED, UNREACHED, linear
 from bl_ext.user_default.wayfarer.core.playback.synthesis import SynthesisSettings, synthesize
 
 operators = bpy.ops.wayfarer

@@ -83,7 +83,7 @@ def test_the_changelog_is_of_this_version():
 
 
 def test_the_changelog_tells_all_commands():
-    tree = dict(sources("addon"))["addon/command.py"]
+    tree = dict(sources("addon"))["addon/cli/command.py"]
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
     added = [node for node in calls if getattr(node.func, "attr", "") == "add_parser"]
     told = re.findall(r"--command wayfarer ([\w|]+)", (ROOT / "CHANGELOG.md").read_text("utf-8"))
@@ -162,7 +162,7 @@ def test_every_reason_is_explained():
 def test_every_map_is_explained():
     kinds = [
         {keyword.arg: getattr(keyword.value, "value", None) for keyword in node.keywords}
-        for path, tree in sources("addon/render/maps")
+        for path, tree in sources("core/maps")
         for node in ast.walk(tree)
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "FloorMap"
     ]

@@ -208,7 +208,7 @@ def test_blender_stays_in_addon():
         ("addon/bridge/read_scene.py", "from .. import ui", "addon.bridge must not know addon.ui"),
         ("addon/ui/panels.py", "from ...core.embedding import embed", "addon.ui must not know core"),
         ("addon/ui/panels.py", "from ... import core", "addon.ui must not know core"),
-        ("addon/state.py", "from core import errors", "not relatively"),
+        ("addon/results/state.py", "from core import errors", "not relatively"),
     ],
 )
 def test_checker_finds(path, source, expected):
@@ -240,6 +240,6 @@ def test_checker_accepts_what_is_right():
         "addon/__init__.py": "import bpy\nfrom . import ui, bridge",
         "addon/ui/__init__.py": "import bpy\nfrom ..state import current",
         "addon/bridge/__init__.py": "from ...core.motion import MotionClip",
-        "addon/state.py": "from ..core.motion.clip import MotionClip",
+        "addon/results/state.py": "from ..core.motion.clip import MotionClip",
     }
     assert violations(sources) == []

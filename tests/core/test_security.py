@@ -33,9 +33,15 @@ FORBIDDEN_ATTRIBUTES = {
 }
 # (file, what) -> why it is safe there.
 EXCEPTIONS = {
-    ("addon/cluster.py", "multiprocessing"): "the command line's workers, on this machine, running our own function",
+    (
+        "addon/cli/cluster.py",
+        "multiprocessing",
+    ): "workers on this machine, running our own function",
     ("addon/operators/write_report.py", "bpy.ops.wm.url_open"): "shows the page that was just written: a file",
-    ("addon/study.py", "subprocess"): "starts this same Python on our own program, with a list of words and no shell",
+    (
+        "addon/cli/study.py",
+        "subprocess",
+    ): "starts this same Python on our own program, without a shell",
     ("core/expanse/problem.py", "np.load"): "with allow_pickle=False, see the test below",
     ("core/study/subject.py", "np.load"): "with allow_pickle=False, see the test below",
 }

@@ -432,7 +432,7 @@ def cluster_program(file, *words, limit=None, first="pass"):
     # A second to wait for schedulers: there is none.
     code = f"import sys; {first}; sys.path.insert(0, sys.argv[1]); import cluster; cluster._PATIENCE = 1; "
     code += "sys.exit(cluster.main(sys.argv[2:]))"
-    command = [sys.executable, "-c", code, str(ROOT / "addon"), str(file), *map(str, words)]
+    command = [sys.executable, "-c", code, str(ROOT / "addon" / "cli"), str(file), *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, preexec_fn=confine if limit else None)
 
 
@@ -477,7 +477,7 @@ def test_what_is_stopped_by_hand_goes_on(tmp_path):
         'measures = ["nodes", "links"]\n[scenes]\nlong = "long.npz"\n[clips]\ngraph = "graph.npz"\n'
         "[settings]\nparcel_size = 4.0"
     )
-    command = [sys.executable, str(ROOT / "addon" / "cluster.py"), str(file), "--out", str(out)]
+    command = [sys.executable, str(ROOT / "addon" / "cli" / "cluster.py"), str(file), "--out", str(out)]
     command += ["--scheduler", "processes", "--workers", "2"]
     # Also where the tests themselves were started in the background, which would have all heed it not.
     listening = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)

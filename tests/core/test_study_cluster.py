@@ -138,8 +138,8 @@ def test_a_scheduler_that_is_restarted_costs_no_finished_case(tmp_path):
 def machine(folder):
     """A folder with the program and the core, as another machine has it; nobody edits it while the test runs."""
     shutil.copytree(ROOT / "core", folder / "core", ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "addon").mkdir()
-    shutil.copy(ROOT / "addon" / "cluster.py", folder / "addon")
+    (folder / "addon" / "cli").mkdir(parents=True)
+    shutil.copy(ROOT / "addon" / "cli" / "cluster.py", folder / "addon" / "cli")
     return folder
 
 
@@ -177,7 +177,7 @@ def test_that_all_workers_are_gone_is_said_and_a_new_one_finishes(tmp_path):
         )
         address = cluster.scheduler_address
         workers = [stack.enter_context(worker(root, address)) for _ in range(2)]
-        words = [root / "addon" / "cluster.py", file, "--out", out, "--scheduler", address]
+        words = [root / "addon" / "cli" / "cluster.py", file, "--out", out, "--scheduler", address]
         study = stack.enter_context(started(root, *words))
         until = time.monotonic() + 60
         while len(list(out.glob("cases/*.json"))) < 4:
@@ -217,7 +217,7 @@ def test_workers_of_another_version_are_refused(client, tmp_path):
 
 def import_cluster():
     """The program that runs studies, as a module."""
-    spec = importlib.util.spec_from_file_location("wayfarer_cluster", ROOT / "addon" / "cluster.py")
+    spec = importlib.util.spec_from_file_location("wayfarer_cluster", ROOT / "addon" / "cli" / "cluster.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

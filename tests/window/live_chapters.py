@@ -60,7 +60,7 @@ class _Watch:
 def time_changes(note) -> hand.Turns:
     """Move a pillar to and fro, each time when all is at rest."""
     settings().live = True
-    module = part("live")
+    module = part("live.live")
     live, pillar = module.evaluation(bpy.context.scene), bpy.data.objects[PILLAR]
     start = pillar.location.x
     note("size", numbers())
@@ -94,7 +94,7 @@ def time_changes(note) -> hand.Turns:
 
 def time_few_links(note) -> hand.Turns:
     """The same with as many links as the paper's motion graph had; then everything as it was."""
-    live, pillar, graph = part("live").evaluation(bpy.context.scene), bpy.data.objects[PILLAR], settings().graph
+    live, pillar, graph = part("live.live").evaluation(bpy.context.scene), bpy.data.objects[PILLAR], settings().graph
     start, before = pillar.location.x, (graph.threshold_mode, graph.max_links)
     yield from _embed_with(("LINKS", PAPER_LINKS), live)
     note("size", numbers())
@@ -109,7 +109,11 @@ def time_few_links(note) -> hand.Turns:
 def drag_without_floor(note) -> hand.Turns:
     """Without a floor, drag a pillar, and switch Live on: the floor is made when that is put down, as a step of undo of
     its own."""
-    live, pillar, floors = part("live").evaluation(bpy.context.scene), bpy.data.objects[PILLAR], part("render.floor")
+    live, pillar, floors = (
+        part("live.live").evaluation(bpy.context.scene),
+        bpy.data.objects[PILLAR],
+        part("render.floor"),
+    )
     bpy.data.batch_remove([floors.find_floor(bpy.context.scene)])
     start, location = pillar.matrix_world.translation.copy(), pillar.location.copy()
     yield from hand.click(*hand.pixel_of(start))
@@ -196,7 +200,7 @@ def _median(times) -> float:
 
 def _at_rest(live) -> hand.Turns:
     """Until nothing is drawn or worked at any more."""
-    settle = part("data_watch")._settle
+    settle = part("results.watch")._settle
     yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest", 120)
     for _ in range(15):
         yield

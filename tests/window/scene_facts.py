@@ -20,7 +20,7 @@ def part(name: str):
 
 
 def results():
-    return part("state").results(bpy.context.scene)
+    return part("results.state").results(bpy.context.scene)
 
 
 def settings():
@@ -77,7 +77,7 @@ def plain(group) -> dict:
 
 def badges() -> dict[str, bool]:
     """What the panels call out of date."""
-    state, scene = part("state"), bpy.context.scene
+    state, scene = part("results.state"), bpy.context.scene
     kinds = ("graph", "embedding", "map", "walk")
     return {kind: getattr(state, f"{kind}_is_stale")(scene) for kind in kinds}
 
@@ -88,8 +88,8 @@ def numbers() -> dict:
         "segments": len(found.graph.segments) if found.graph else 0,
         "nodes": found.embedding.n_nodes if found.embedding else 0,
         "links": found.embedding.n_links if found.embedding else 0,
-        "walk": len(found.walk) if part("state").find_walk(bpy.context.scene) else 0,
-        "painted": part("state").find_painted(bpy.context.scene) is not None,
+        "walk": len(found.walk) if part("results.state").find_walk(bpy.context.scene) else 0,
+        "painted": part("results.state").find_painted(bpy.context.scene) is not None,
     }
 
 
@@ -101,7 +101,7 @@ def findings() -> dict[str, dict[str, str]]:
 
 def settled() -> hand.Turns:
     """Until the map has followed what was changed."""
-    live = part("live").evaluation(bpy.context.scene)
+    live = part("live.live").evaluation(bpy.context.scene)
     yield from hand.until(lambda: not (live.working or live.waiting), "the map to follow", 120)
     yield from hand.redrawn()
     if live.error:

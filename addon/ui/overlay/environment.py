@@ -6,8 +6,8 @@ import bpy
 import gpu
 from gpu_extras.batch import batch_for_shader
 
-from ...environment_sight import sidebar_is_drawn, viewport_is_drawn
-from ...environment_view import EnvironmentView, environment_view, keep_looking
+from ...live.environment import EnvironmentView, environment_view, keep_looking
+from ...live.sight import sidebar_is_drawn, viewport_is_drawn
 from ...render.environment_lines import Lines, body_lines
 
 _WIDTH = 2.0

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import bpy
 
+from ....core.maps.legend import MapLegend
 from ...render.floor import find_floor, floor_legend
-from ...render.map_legend import MapLegend
 from ...render.screen_box import Box, BoxTheme, draw_box, text_width
-from ...state import find_painted, has_pending, map_is_stale
+from ...results.state import find_painted, has_pending, map_is_stale
 
 _BAR_WIDTH = 150.0
 _SWATCH = 11.0

@@ -2,9 +2,9 @@
 
 import bpy
 
-from ...advice import embedding_advice
-from ...state import embedding_changes, embedding_is_stale, lost_links, results
-from ...text import angle, memory, number, share, share_of, short, small
+from ...bridge.text import angle, memory, number, share, share_of, short, small
+from ...results.advice import embedding_advice
+from ...results.state import embedding_changes, embedding_is_stale, lost_links, results
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 

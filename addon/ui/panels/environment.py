@@ -2,8 +2,8 @@
 
 import bpy
 
-from ...advice import environment_advice
-from ...environment_sight import panel_is_drawn
+from ...live.sight import panel_is_drawn
+from ...results.advice import environment_advice
 from .step import Sidebar, Step, draw_sentences, split_properties
 
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...findings.finding import (
+from ...results.findings.finding import (
     ABLATION,
     ACTIONS,
     CAPTURE,

@@ -2,11 +2,11 @@
 
 import bpy
 
-from ...advice import stale_advice
-from ...live import status
+from ...live.live import status
 from ...render.floor import find_floor, floor_legend
-from ...scene_results import embedded_graph
-from ...state import find_painted, map_is_stale, results
+from ...results.advice import stale_advice
+from ...results.state import find_painted, map_is_stale, results
+from ...results.store import embedded_graph
 from ..swatches import swatch
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties

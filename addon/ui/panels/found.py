@@ -1,7 +1,7 @@
 """How panels show what was found out."""
 
-from ...findings.finding import find_finding, finding_is_stale, numbers_of
-from ...state import results
+from ...results.findings.finding import find_finding, finding_is_stale, numbers_of
+from ...results.state import results
 from ..text import draw_wrapped
 from .step import Sidebar, draw_numbers, draw_sentences
 

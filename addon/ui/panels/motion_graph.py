@@ -2,8 +2,8 @@
 
 import bpy
 
-from ...state import graph_changes, graph_is_stale, results
-from ...text import number, of, short, time
+from ...bridge.text import number, of, short, time
+from ...results.state import graph_changes, graph_is_stale, results
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 

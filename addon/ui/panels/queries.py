@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...findings.finding import REACH, find_finding, finding_is_stale
+from ...results.findings.finding import REACH, find_finding, finding_is_stale
 from ..text import draw_wrapped
 from .found import draw_chart_button, draw_finding_numbers, draw_next_step
 from .step import Sidebar, Step, split_properties

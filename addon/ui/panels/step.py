@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...presets import draw_presets
+from ...properties.presets import draw_presets
 from ..text import draw_wrapped
 
 

@@ -2,8 +2,8 @@
 
 import bpy
 
-from ...findings.finding import PRUNING, PRUNING_CURVE, find_finding
-from ...state import results
+from ...results.findings.finding import PRUNING, PRUNING_CURVE, find_finding
+from ...results.state import results
 from .found import FindingPart, draw_chart_button, draw_finding_numbers, draw_next_step
 from .step import Step, draw_sentences, split_properties
 

@@ -2,10 +2,10 @@
 
 import bpy
 
-from ...advice import stale_advice
+from ...bridge.text import angle, number, of, scene_length, scene_slide, small, time
 from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
-from ...state import find_walk, results, walk_changes, walk_is_stale
-from ...text import angle, number, of, scene_length, scene_slide, small, time
+from ...results.advice import stale_advice
+from ...results.state import find_walk, results, walk_changes, walk_is_stale
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 

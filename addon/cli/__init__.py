@@ -1,0 +1,1 @@
+"""Blender's command line: ``blender scene.blend --background --command wayfarer ...``."""

@@ -1,0 +1,253 @@
+"""Runs a study's cases, outside Blender: python cluster.py STUDY.toml --out FOLDER [--scheduler ...] [--workers N].
+
+A program of its own, because workers must not start Blender and know the core by its own name only. What .blend files
+hold has been read into FOLDER before (``study.py``). Dask is imported only if it is used. Exit codes: 0 if every case
+has a result, 1 with a sentence if the study cannot go on, 3 if cases failed, 130 if it was stopped.
+"""
+
+import argparse
+import contextlib
+import importlib
+import logging
+import os
+import sys
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LOCAL, PROCESSES = "local", "processes"
+
+_NO_DASK = (
+    "Dask is not installed in '{}'. Install it there (pip install distributed), or say --scheduler processes for a "
+    "study on this machine without Dask."
+)
+_NOTED = "shared.txt"
+"""A file in the study's folder that every worker must see."""
+
+_PATIENCE = 15
+"""Seconds to wait for a scheduler to answer."""
+
+_QUIET = 5
+"""Seconds without any worker after which that is said."""
+
+_WAIT_FOR_WORKERS = 1800
+"""Seconds to wait for new workers when all are gone."""
+
+
+class ClusterError(Exception):
+    """What stops a study, as a sentence for the person at the keyboard."""
+
+
+def core(name: str):
+    """A module of the core, by the name that workers know it by."""
+    return importlib.import_module(f"core.{name}")
+
+
+def parse(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="cluster.py", description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--scheduler", default=LOCAL)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--quiet", action="store_true")
+    return parser.parse_args(words)
+
+
+@contextlib.contextmanager
+def open_executor(scheduler: str, n_workers: int | None, folder: Path):
+    """An executor, of a Dask cluster on this machine, of the scheduler at an address, or of plain processes, and what
+    to call now and then, so that missing workers are said."""
+    if scheduler == PROCESSES:
+        with ProcessPoolExecutor(n_workers, get_context("spawn")) as executor:
+            yield executor, lambda: None
+        return
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        raise ClusterError(_NO_DASK.format(sys.executable)) from None
+    # What it has to say is said by the study: which case failed, and why.
+    for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    with contextlib.ExitStack() as stack:
+        if scheduler == LOCAL:
+            address = stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=n_workers or os.cpu_count() or 1,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",
+                )
+            )
+        else:
+            address = scheduler
+        try:
+            client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE))
+        except (OSError, TimeoutError, ValueError) as error:
+            reason = str(error).strip().split("\n")[0] or type(error).__name__
+            raise ClusterError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
+        check_workers(client, folder)
+        roll_call = RollCall(client, scheduler)
+        stack.callback(roll_call.end)
+        # Every task is its own: one that failed is tried again, not looked up.
+        yield client.get_executor(pure=False), roll_call
+
+
+def check_workers(client, folder: Path) -> None:
+    """ClusterError unless there are workers, all see the study's folder, and they and the scheduler know the core."""
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+    except TimeoutError:
+        raise ClusterError("The scheduler has no workers; start some: dask worker ADDRESS.") from None
+    note = folder / _NOTED
+    text = str(time.time_ns())
+    core("expanse.set_file").write_whole(note, text.encode())
+    try:
+        found = {f"worker at {address}": looked for address, looked in client.run(_look, str(note)).items()}
+        # It unpacks what it hands on, but never looks into the folder.
+        found["scheduler"] = (client.run_on_scheduler(_look, str(note))[0], text)
+    finally:
+        note.unlink(missing_ok=True)
+    for who, (version, seen) in found.items():
+        if not version:
+            raise ClusterError(
+                f"The {who} cannot import Wayfarer's core: copy the folder '{ROOT}' to its machine, and "
+                "start it with PYTHONPATH set to that folder."
+            )
+        if version != core("study.version").core_version():
+            raise ClusterError(
+                f"The {who} has another version of Wayfarer: copy the folder '{ROOT}' to its machine, and restart it."
+            )
+        if seen != text:
+            raise ClusterError(
+                f"The {who} does not see the folder '{folder}'; choose one with --out that all "
+                "machines share under the same path."
+            )
+
+
+def _look(note: str) -> tuple[str, str]:
+    """On another machine: which version of the core can be imported, if any, and what stands in a file."""
+    import importlib
+    from pathlib import Path
+
+    try:
+        importlib.import_module("core.study.tasks")
+        version = importlib.import_module("core.study.version").core_version()
+    except ImportError:
+        return "", ""
+    path = Path(note)
+    return version, path.read_text() if path.exists() else ""
+
+
+class RollCall:
+    """Tells, when called, that a cluster has no worker left, how long it has been waited for one, and that one came.
+
+    The scheduler is asked in a thread of its own: it may not answer, which is for the study to find out.
+    """
+
+    def __init__(self, client, scheduler: str):
+        self._client, self._scheduler = client, scheduler
+        self._n_workers, self._ended = 1, threading.Event()
+        self._gone_since: float | None = None
+        self._told = 0.0
+        threading.Thread(target=self._ask, daemon=True).start()
+
+    def end(self) -> None:
+        self._ended.set()
+
+    def _ask(self) -> None:
+        while not self._ended.wait(1.0):
+            # Whatever the cluster's trouble is, the study hears of it by its tasks.
+            with contextlib.suppress(Exception):
+                self._n_workers = len(self._client.nthreads())
+
+    def __call__(self) -> None:
+        """ClusterError if nobody came for too long."""
+        now = time.monotonic()
+        if self._n_workers:
+            if self._gone_since is not None and self._told:
+                print("A worker is back; the study goes on.", file=sys.stderr, flush=True)
+            self._gone_since, self._told = None, 0.0
+            return
+        if self._gone_since is None:
+            self._gone_since = now
+        waited = now - self._gone_since
+        if waited > _WAIT_FOR_WORKERS:
+            raise ClusterError(
+                f"No worker came in {_spoken(waited)}. What is finished is kept: start workers, then the same study "
+                "again."
+            )
+        # At first, and then once a minute.
+        if waited > _QUIET and (not self._told or now - self._told > 60):
+            self._told = now
+            print(
+                f"No worker is left since {_spoken(waited)}; waiting for new ones for {_spoken(_WAIT_FOR_WORKERS)} at "
+                f"most. Start some: dask worker {self._scheduler}. Ctrl-C stops the study; what is finished is kept.",
+                file=sys.stderr,
+                flush=True,
+            )
+
+
+def _spoken(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
+
+
+class Teller:
+    """Progress lines on standard error; not more than one in two seconds while no case ends."""
+
+    def __init__(self, quiet: bool, roll_call):
+        self._quiet, self._roll_call = quiet, roll_call
+        self._last = ("", -1.0)
+        self._time = 0.0
+
+    def __call__(self, progress) -> None:
+        self._roll_call()
+        now, said = time.monotonic(), (progress.message, progress.fraction)
+        if self._quiet or not progress.message or said == self._last:
+            return
+        if progress.fraction == self._last[1] and now - self._time < 2.0:
+            return
+        self._last, self._time = said, now
+        print(f"{progress.fraction:4.0%}  {progress.message}", file=sys.stderr, flush=True)
+
+
+def main(words: list[str]) -> int:
+    options = parse(words)
+    errors, set_file = core("errors"), core("expanse.set_file")
+    try:
+        plan = core("study.plan").read_plan(options.file)
+        folder = options.out.resolve()
+        place = open_executor(options.scheduler, options.workers, folder)
+        with core("study.lock").only_one(folder), place as (executor, roll_call):
+            steps = core("study.run").run_study_steps(plan, folder, executor)
+            outcome = core("progress").finish(steps, Teller(options.quiet, roll_call))
+        csv, page = folder / "results.csv", folder / "results.html"
+        set_file.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
+        set_file.write_whole(page, core("study.report").study_page(outcome).encode())
+    except (ClusterError, errors.MotionGraphError) as error:
+        print(f"study: {error}", file=sys.stderr, flush=True)
+        return 1
+    except KeyboardInterrupt:
+        print("study: stopped; start it again to go on.", file=sys.stderr, flush=True)
+        return 130
+    for sentence in core("study.results").failures(outcome):
+        print(f"Failed: {sentence}", file=sys.stderr, flush=True)
+    print(
+        f"{len(outcome.outcomes)} cases: {len(outcome.outcomes) - outcome.n_failed} with results, "
+        f"{outcome.n_known} of them from before; {outcome.n_failed} failed.\n  {csv}\n  {page}",
+        flush=True,
+    )
+    if outcome.n_outdated:
+        print(f"{outcome.n_outdated} results of another version of Wayfarer were replaced.", flush=True)
+    return 3 if outcome.n_failed else 0
+
+
+# Workers of a local cluster import this file again, under another name: they need the core's place, and nothing else.
+if str(ROOT) not in sys.path:
+    sys.path[:] = [str(ROOT), *(place for place in sys.path if Path(place) != ROOT / "addon" / "cli")]
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,360 @@
+"""The command line: ``blender scene.blend --background --command wayfarer evaluate|walk|report|export|study ...``.
+
+The same through the bpy module: ``python3 dev.py command scene.blend -- evaluate ...``. Standard output holds nothing
+but what was asked for; progress and whatever Blender has to say go to standard error (in Blender itself from the moment
+the command starts; say --quiet for what comes before). Nothing is saved unless ``--out`` says where. Exit codes: 0 if
+all went well, 1 with a sentence if something is wrong with the scene, 2 for a wrong command line; of a study 3 if some
+of its cases failed.
+"""
+
+import argparse
+import contextlib
+import json
+import math
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.errors import MotionGraphError
+from ...core.evaluation.variability import floor_variability_steps
+from ...core.report.scene_report import report_files
+from ..exports.engine import engine_folder_steps, write_engine_folder
+from ..exports.folder import check_folder, write_files
+from ..exports.report import scene_report_steps
+from ..properties.walk import WalkStyle, WalkTarget
+from ..results.advice import embedding_advice, start_advice
+from ..results.file import find_saved
+from ..results.state import embedding_is_stale, embedding_of, graph_is_stale, graph_of, results
+from ..results.workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
+from ..walks.baking import bake_motion
+from ..walks.motion import motion_steps, read_motion_request
+from ..walks.planning import walk_steps
+from ..walks.request import read_request
+from .large_ground import evaluate_in_parcels
+from .numbers import embedding_numbers, graph_numbers, warnings
+from .output import Aloud, clean_output, finish_aloud, say, summary_lines
+from .overrides import apply_override
+from .scene import CommandError, choose_character, find_scene, open_blend
+from .study import add_place_options, add_study_options, program_words, run_study
+
+NAME = "wayfarer"
+PROCESSES = "processes"
+"""Where a ground in parcels is embedded unless told otherwise."""
+
+
+class Ended(Exception):
+    """A program that did the work has told why there is nothing to show; its exit code."""
+
+    def __init__(self, code: int):
+        self.code = code
+
+
+# ----------------------------------------------------------------------------------------------- commands
+
+
+def evaluate(options: argparse.Namespace, scene) -> dict:
+    """How well the character gets around in the scene."""
+    if options.parcels is not None:
+        return _evaluate_in_parcels(options, scene)
+    if options.workers is not None or options.scheduler != PROCESSES:
+        raise CommandError("Only a ground in parcels has workers; say --parcels METRES, too.")
+    _embed(scene)
+    embedding = embedding_of(scene)
+    ways = finish_aloud(floor_variability_steps(embedding))
+    covered = ways[ways > 0]
+    return {
+        "variability": {
+            "total": int(ways.sum()),
+            "mean": float(covered.mean()) if covered.size else 0.0,
+            "median": float(np.median(covered)) if covered.size else 0.0,
+            "highest": int(ways.max()),
+        }
+    }
+
+
+def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
+    """The same of a ground that is too large for one process."""
+    if options.out is None:
+        raise CommandError("A ground in parcels needs a folder to work in; say --out FOLDER.")
+    words = program_words(options)
+    _build_graph(scene)
+    folder, options.out = options.out.resolve(), None
+    found = evaluate_in_parcels(scene, graph_of(scene), options.parcels, folder, *words)
+    if isinstance(found, int):
+        # It has said why.
+        raise Ended(found)
+    return found
+
+
+def walk(options: argparse.Namespace, scene) -> dict:
+    """Let the character walk, and bake the walk into an action."""
+    settings = scene.wayfarer.walk
+    if options.duration is not None:
+        settings.duration = options.duration
+    if options.seed is not None:
+        settings.seed = options.seed
+    if options.to:
+        settings.style, settings.target = WalkStyle.PLACE.name, WalkTarget.CURSOR.name
+        scene.cursor.location.xy = options.to
+        settings.walk_on = options.duration is not None
+    if options.within is not None:
+        settings.nearness = options.within
+    _embed(scene)
+    embedding = embedding_of(scene)
+    if embedding.n_nodes == 0:
+        raise CommandError(embedding_advice(scene)[0] + ".")
+    request = read_request(bpy.context)
+    if options.start:
+        request = replace(request, start=tuple(options.start))
+    made = finish_aloud(walk_steps(embedding, request))
+    closed = request.style is WalkStyle.LOOP
+    action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene, closed=closed))))
+    path = made.root_path
+    advice = start_advice(request.start, made)
+    return {
+        "advice": [advice] if advice else [],
+        "walk": {
+            "action": action.name,
+            "seconds": made.duration,
+            "metres": results(scene).summary["walk_length"],
+            "segments": len(made),
+            "from": path[0, :2].tolist(),
+            "to": path[-1, :2].tolist(),
+            "frames": [scene.frame_start, scene.frame_end],
+        },
+    }
+
+
+def report(options: argparse.Namespace, scene) -> dict:
+    """Write the report of the scene."""
+    _embed(scene)
+    if embedding_of(scene).n_nodes == 0:
+        raise CommandError(embedding_advice(scene)[0] + ".")
+    folder = options.folder.resolve()
+    check_folder(folder, ["report.html"])
+    files = report_files(finish_aloud(scene_report_steps(scene, options.thorough)))
+    write_files(folder, files)
+    return {"report": {"folder": str(folder), "files": list(files)}}
+
+
+def export(options: argparse.Namespace, scene) -> dict:
+    """Write the embedding and the clips for engines."""
+    _embed(scene)
+    folder = options.folder.resolve()
+    steps = engine_folder_steps(scene, embedding_of(scene), folder, not options.no_clips, not options.no_table)
+    files = finish_aloud(steps)
+    write_engine_folder(folder, files)
+    return {"export": {"folder": str(folder), "files": list(files)}}
+
+
+def _build_graph(scene) -> None:
+    """The motion graph that the scene asks for now; one that was saved with it is used if it fits."""
+    settings = scene.wayfarer
+    if settings.character is not None and not settings.clips:
+        settings.refresh_clips()
+    if not settings.environment.has_ground:
+        raise CommandError(
+            "The scene has no ground; choose a ground or obstacles in the Wayfarer tab, or with --set ground=OBJECT."
+        )
+    if results(scene).graph is None or graph_is_stale(scene):
+        keep_built(scene, built := finish_aloud(build_graph_steps(scene)))
+        for name, reason in built.problems:
+            say(f"Left out '{name}': {reason}")
+
+
+def _embed(scene) -> None:
+    """Motion graph and embedding as the scene asks for now; those that were saved with it are used if they fit."""
+    _build_graph(scene)
+    if results(scene).embedding is None or embedding_is_stale(scene):
+        keep_embedded(scene, finish_aloud(embed_scene_steps(scene, bpy.context.evaluated_depsgraph_get())))
+
+
+# ------------------------------------------------------------------------------------------- command line
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=NAME,
+        description="Where can the character go in this scene, and in how many ways?",
+        epilog="Exit codes: 0 if all went well, 1 if something is wrong with the scene, 2 for a wrong command line; of "
+        "a study 3 if some of its cases failed.",
+    )
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--scene", metavar="NAME", help="default: the scene that was open when the file was saved")
+    common.add_argument("--character", metavar="NAME", help="armature object; default: the one chosen in the scene")
+    common.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="overrides",
+        help="another value for a setting, such as cell_size=0.1, environment.radius=0.3, tiled=yes; several times",
+    )
+    common.add_argument("--json", metavar="FILE", help="write all numbers to this file; - for standard output")
+    common.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="save the scene with its results as this .blend; with --parcels, the folder to work in",
+    )
+    common.add_argument("--quiet", action="store_true", help="no progress on standard error")
+
+    command = commands.add_parser("evaluate", parents=[common], help="coverage, variability, numbers of the embedding")
+    command.set_defaults(work=evaluate)
+    command.add_argument(
+        "--parcels",
+        metavar="METRES",
+        type=_positive,
+        help="embed a ground too large for one process in parcels of this side; start it again to go on",
+    )
+    add_place_options(command, PROCESSES)
+    command = commands.add_parser("walk", parents=[common], help="let the character walk, and bake the walk")
+    command.set_defaults(work=walk)
+    command.add_argument("--duration", metavar="SECONDS", type=_positive, help="how long to walk at least")
+    command.add_argument("--seed", metavar="N", type=_natural, help="another number, another walk")
+    place = {"metavar": ("X", "Y"), "nargs": 2, "type": _coordinate}
+    command.add_argument("--from", **place, dest="start", help="where to start (m); default: anywhere")
+    command.add_argument("--to", **place, help="walk there (m) the quickest way; with --duration, wander on")
+    command.add_argument("--within", metavar="METRES", type=_positive, help="how near to come with --to")
+    command = commands.add_parser("report", parents=[common], help="a page on the scene, with its tables and pictures")
+    command.set_defaults(work=report)
+    command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")
+    command.add_argument("--thorough", action="store_true", help="look at everything, which takes longer")
+    command = commands.add_parser("export", parents=[common], help="embedding and clips for engines")
+    command.set_defaults(work=export)
+    command.add_argument("folder", metavar="FOLDER", type=Path, help="where to write the files")
+    command.add_argument("--no-clips", action="store_true", help="only the embedding, without clips.glb")
+    command.add_argument("--no-table", action="store_true", help="without the plain table of nodes and links")
+    command = commands.add_parser("study", help="many scenes, clip sets and settings, on all cores or on a cluster")
+    add_study_options(command)
+    return parser
+
+
+def _positive(text: str) -> float:
+    value = _coordinate(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"{text} is not more than 0")
+    return value
+
+
+def _natural(text: str) -> int:
+    if not text.isdecimal() or int(text) > 2**31 - 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 0 to {2**31 - 1}")
+    return int(text)
+
+
+def _coordinate(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number")
+    return value
+
+
+def run(arguments: list[str], blend: Path | None = None) -> int:
+    """Run one command on the open file, or on the file ``blend``; returns the exit code."""
+    with clean_output() as out:
+        try:
+            # Help is asked for, too.
+            with contextlib.redirect_stdout(out):
+                options = _parser().parse_args(arguments)
+        except SystemExit as end:
+            return end.code if isinstance(end.code, int) else 2
+        try:
+            # Operators tell what they have to say through Python's standard output.
+            with contextlib.redirect_stdout(sys.stderr):
+                return run_study(options, out) if options.command == "study" else _run(options, blend, out)
+        except Ended as end:
+            return end.code
+        except (CommandError, MotionGraphError) as error:
+            sentence = str(error)
+        except OSError as error:
+            # A disk that is full does not say which file it was.
+            written = error.filename or getattr(options, "json", None) or "the result"
+            sentence = f"'{written}' cannot be written: {error.strerror}."
+        print(f"{NAME}: {sentence}", file=sys.stderr, flush=True)
+        return 1
+
+
+def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
+    Aloud.shown = not options.quiet
+    started = time.perf_counter()
+    _check_places(options)
+    if blend is not None:
+        open_blend(blend)
+    # Without a window, no timer does it.
+    find_saved()
+    scene = find_scene(options.scene)
+    with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        _prepare(options, scene)
+        special = options.work(options, scene)
+        # A ground in parcels has no embedding in Blender.
+        whole = {} if "embedding" in special else embedding_numbers(scene)
+        numbers = {"command": options.command, **graph_numbers(scene), **whole, **special}
+        numbers["warnings"] = warnings(scene, bool(whole)) + [f"{said}." for said in numbers.pop("advice", ())]
+        if options.out is not None:
+            numbers["saved"] = _save(options.out)
+    numbers["seconds"] = round(time.perf_counter() - started, 3)
+    text = json.dumps(numbers, default=float)
+    if options.json == "-":
+        print(text, file=out, flush=True)
+    else:
+        if options.json is not None:
+            Path(options.json).write_text(text + "\n", encoding="utf-8")
+        print("\n".join(summary_lines(numbers)), file=out, flush=True)
+    for warning in numbers["warnings"]:
+        print(f"Warning: {warning}", file=sys.stderr, flush=True)
+    return 0
+
+
+def _prepare(options: argparse.Namespace, scene) -> None:
+    """Choose the character and change the settings as told to."""
+    choose_character(scene, options.character)
+    for override in options.overrides:
+        problem = apply_override(scene.wayfarer, override)
+        if problem:
+            raise CommandError(problem)
+
+
+def _check_places(options: argparse.Namespace) -> None:
+    """Before the work, which may take long: CommandError if its results could not be written."""
+    if options.json not in (None, "-") and not Path(options.json).resolve().parent.is_dir():
+        raise CommandError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
+    if options.out is None or getattr(options, "parcels", None) is not None:
+        return
+    path = options.out.resolve()
+    if path.suffix != ".blend":
+        raise CommandError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
+    if not path.parent.is_dir():
+        raise CommandError(f"There is no folder '{path.parent}' to save in; make it first.")
+
+
+def _save(path: Path) -> str:
+    path = path.resolve()
+    try:
+        # A copy: relative paths follow, and what is open stays what it was.
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    except RuntimeError as error:
+        raise CommandError(f"'{path}' cannot be saved: {str(error).strip().splitlines()[-1]}") from None
+    return str(path)
+
+
+_handle = None
+
+
+def register():
+    global _handle
+    _handle = bpy.utils.register_cli_command(NAME, run)
+
+
+def unregister():
+    global _handle
+    bpy.utils.unregister_cli_command(_handle)
+    _handle = None

@@ -1,0 +1,1 @@
+"""Files for others: results as tables and pictures, the report, engines."""

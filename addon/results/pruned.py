@@ -1,0 +1,76 @@
+"""The scene's embedding, pruned and whole again: what is used by maps, walks and questions.
+
+Which of the two it is is written in the scene's settings, so that undo and redo change it, too.
+"""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...core.embedding.embedding import Embedding
+from ...core.evaluation.extent import Extent
+from ...core.evaluation.variability import coverage_share
+from ...core.tuning.pruning import Pruning
+from ..properties.floor_map import map_changed
+from .findings.finding import mark_of
+from .state import has_pending, redraw, results
+
+_REMEMBERED = 3
+"""Pruned embeddings that redo can come back to."""
+
+
+def keep_pruning(scene, pruning: Pruning) -> None:
+    """Make a pruned embedding that of the scene; the whole one is kept."""
+    found = results(scene)
+    if pruning.pruned is pruning.whole:
+        scene.wayfarer.tuning.pruned = ""
+        _use(scene, pruning.whole, pruning.whole, pruning.before)
+        return
+    found.prunings = [*found.prunings, pruning][-_REMEMBERED:]
+    scene.wayfarer.tuning.pruned = mark_of(pruning.pruned)
+    _use(scene, pruning.pruned, pruning.whole, pruning.after)
+
+
+def restore_whole(scene) -> None:
+    """Make the whole embedding that of the scene again."""
+    pruning = results(scene).pruning
+    if pruning is not None:
+        scene.wayfarer.tuning.pruned = ""
+        _use(scene, pruning.whole, pruning.whole, pruning.before)
+
+
+def _use(scene, embedding: Embedding, whole: Embedding, size: Extent) -> None:
+    found = results(scene)
+    found.embedding = embedding
+    found.summary.update(nodes=size.nodes, links=size.links, coverage=coverage_share(embedding, whole))
+    # Blender tells of no change: the painted map follows when it is told to.
+    map_changed(scene.wayfarer.map, None)
+
+
+@persistent
+def _on_exchange(*_) -> None:
+    """Undo and redo: the settings say which embedding the scene has."""
+    for scene in bpy.data.scenes:
+        if scene.library is not None or has_pending(scene):
+            continue
+        found, wanted = results(scene), scene.wayfarer.tuning.pruned
+        if not wanted and found.pruning is not None:
+            _use(scene, found.pruning.whole, found.pruning.whole, found.pruning.before)
+        elif wanted:
+            for pruning in found.prunings:
+                if pruning.whole is found.whole and mark_of(pruning.pruned) == wanted:
+                    _use(scene, pruning.pruned, pruning.whole, pruning.after)
+                    break
+    redraw()
+
+
+_HANDLERS = ("undo_post", "redo_post")
+
+
+def register():
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(_on_exchange)
+
+
+def unregister():
+    for name in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(_on_exchange)

@@ -1,0 +1,272 @@
+"""The steps of the demo, run inside the extension: the operators of the panel, then pictures and files."""
+
+import os
+import sys
+import tempfile
+from argparse import Namespace
+from typing import cast
+
+import bpy
+import numpy as np
+
+from ..addon.bridge.body import add_body, remove_body
+from ..addon.bridge.owned import OUTPUT, ensure_collection, find_walk_curve
+from ..addon.bridge.text import area, counted, number, place, share, time
+from ..addon.properties import MapQuantity
+from ..addon.render.floor import find_floor
+from ..addon.render.map_picture import MapScene, draw_map
+from ..addon.render.view_picture import choose_moments, draw_view
+from ..addon.render.viewport import add_camera_and_sun, set_up_viewports
+from ..addon.results.state import embedding_of, graph_of, results, walk_of
+from ..addon.walks.choosing import TriedWalk, tried_walks_steps
+from ..addon.walks.motion import read_motion_request
+from ..addon.walks.request import read_request
+from ..core.errors import ClipError, MotionGraphError, SceneError
+from ..core.evaluation.floor import floor_cells
+from ..core.evaluation.weak_spots import connected_areas
+from ..core.progress import finish
+
+_FRAME_RATE = 30
+_SMALLEST_GAP = 1.0
+_TRIED_WALKS = 4
+"""Seeds of the sample's walk, of which the one with the fewest defects is shown; the report says so."""
+
+
+def run(options: Namespace, journal) -> dict:
+    """Everything from the first operator to the last file; returns the report.
+
+    Raises RuntimeError, as operators do, and MotionGraphError if something is wrong with the input.
+    """
+    operators, scene = bpy.ops.wayfarer, bpy.context.scene
+    if options.blend is not None:
+        journal.run("open", f"Opening {options.blend.name}", quietly, _open, options.blend)
+        scene = bpy.context.scene
+    else:
+        scene.render.fps = _FRAME_RATE
+    if options.clips is not None:
+        journal.run("import", f"Importing {options.clips.name}", quietly, _import, options.clips)
+    elif options.blend is None:
+        journal.run("character", "Making the sample character", quietly, operators.add_sample_character)
+    if options.blend is None:
+        journal.run("room", "Making the sample room", quietly, operators.add_sample_room)
+    else:
+        _complete(scene, options.blend.name)
+    journal.run("graph", "Building the motion graph", quietly, operators.build_motion_graph)
+    journal.run("embed", "Embedding it in the scene", quietly, operators.embed)
+    journal.run("map", "Painting the map", quietly, operators.paint_map)
+    tried = []
+    if options.blend is None:
+        tried = journal.run("walk choice", f"Choosing from {_TRIED_WALKS} walks", quietly, _choose_walk)
+    journal.run("walk", "Walking", quietly, operators.random_walk)
+
+    shown = shown_scene()
+    journal.run("map picture", "Drawing map.png", quietly, _draw_map, options.out / "map.png", shown)
+    journal.run("view picture", "Drawing view.png", quietly, draw_walk_view, options.out / "view.png", shown)
+    journal.run("save", "Saving demo.blend", quietly, _save, options.out / "demo.blend", shown)
+    return _report(journal.seconds, tried)
+
+
+def _complete(scene, file_name: str) -> None:
+    """See to it that a user's scene has what the operators need, or say what is missing."""
+    settings = scene.wayfarer
+    if settings.character is None:
+        rigs = [obj for obj in scene.objects if obj.type == "ARMATURE"]
+        if len(rigs) != 1:
+            raise ClipError(
+                f"'{file_name}' does not say which of its {len(rigs)} armatures is the character; open it, choose one "
+                "in the Wayfarer tab and save it."
+            )
+        settings.character = rigs[0]
+    # The legend of the picture is that of this map.
+    settings.map.quantity = MapQuantity.VARIABILITY.name
+    if not settings.clips:
+        bpy.ops.wayfarer.refresh_clips()
+    if not settings.environment.has_ground:
+        raise SceneError(
+            f"'{file_name}' has no ground; open it, choose a ground or obstacles in the Wayfarer tab and save it."
+        )
+
+
+def _choose_walk() -> list[TriedWalk]:
+    context = bpy.context
+    scene = context.scene
+    steps = tried_walks_steps(
+        embedding_of(scene), read_request(context), read_motion_request(scene), range(_TRIED_WALKS)
+    )
+    tried = finish(steps)
+    scene.wayfarer.walk.seed = tried[0].seed
+    return tried
+
+
+def _open(path) -> None:
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+def _import(folder) -> None:
+    bpy.ops.wayfarer.import_bvh(directory=str(folder))
+
+
+def shown_scene() -> MapScene:
+    scene = bpy.context.scene
+    settings, found = scene.wayfarer.environment, results(scene)
+    grid = embedding_of(scene).environment.grid
+    return MapScene(
+        floor=cast(bpy.types.Object, find_floor(scene)),
+        obstacles=tuple(settings.obstacles.all_objects) if settings.obstacles else (),
+        regions=tuple(region.object for region in settings.regions if region.object),
+        walk=find_walk_curve(ensure_collection(scene, OUTPUT)),
+        low=grid.origin,
+        high=(grid.origin[0] + grid.size[0], grid.origin[1] + grid.size[1]),
+        ground_height=found.ground_height,
+    )
+
+
+def _draw_map(path, shown: MapScene) -> None:
+    summary = results(bpy.context.scene).summary
+    notes = [
+        f"{counted(summary['clips'], 'clip')}, {counted(len(graph_of(bpy.context.scene).segments), 'segment')}",
+        f"{counted(summary['nodes'], 'node')}, {counted(summary['links'], 'link')}",
+        f"{share(summary['coverage'])} of the free floor covered",
+    ]
+    draw_map(
+        path,
+        shown,
+        title="Where it can go",
+        notes=notes,
+        highest=f"up to {number(summary['map_highest'])}",
+        regions=_region_words(),
+        walk=f"a walk of {time(summary['walk_seconds'])}",
+    )
+
+
+def _region_words() -> str:
+    """What the regions ask for, if they all ask for the same."""
+    rules = {(region.rule, region.tag) for region in bpy.context.scene.wayfarer.environment.regions}
+    if len(rules) != 1:
+        return "regions with rules"
+    rule, tag = rules.pop()
+    return {"REQUIRE": f"only '{tag}' motion here", "FORBID": f"no '{tag}' motion here"}.get(
+        rule, f"'{tag}' motion here only"
+    )
+
+
+def draw_walk_view(path, shown: MapScene) -> None:
+    scene = bpy.context.scene
+    walk = walk_of(scene)
+    bodies = [child for child in scene.wayfarer.character.children_recursive if child.type == "MESH"]
+    own = None
+    if not bodies:
+        own = add_body(scene.wayfarer.character)
+        bodies = [own] if own is not None else []
+    rate = scene.render.fps / scene.render.fps_base / walk.embedding.graph.frame_rate
+    moments = choose_moments(walk.root_path, _special_frames(walk))
+    try:
+        draw_view(path, shown, bodies, [scene.frame_start + round(moment * rate) for moment in moments])
+    finally:
+        if own is not None:
+            remove_body(own)
+
+
+def _special_frames(walk) -> np.ndarray:
+    """(F,) bool: frames that carry a tag that some region speaks of."""
+    tags = walk.embedding.environment.tags
+    frames = np.zeros(len(walk.root_path), dtype=bool)
+    for i, segment in enumerate(walk.segments):
+        for tag, mask in walk.embedding.graph.segments[segment].tags.items():
+            if tag in tags:
+                frames[walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+    return frames
+
+
+def _save(path, shown: MapScene) -> None:
+    scene = bpy.context.scene
+    set_up_viewports(shown)
+    add_camera_and_sun(scene, shown)
+    # The walk at its own pace, even where the viewport is slow.
+    scene.sync_mode = "FRAME_DROP"
+    bpy.context.preferences.filepaths.save_version = 0
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
+
+
+def _report(seconds: dict[str, float], tried: list[TriedWalk]) -> dict:
+    scene = bpy.context.scene
+    summary, graph = results(scene).summary, graph_of(scene)
+    gaps = _gaps(embedding_of(scene))
+    return {
+        "summary": _sentences(scene, tried, gaps),
+        "clips": summary["clips"],
+        "segments": len(graph.segments),
+        "graph_links": len(graph.links),
+        "nodes": summary["nodes"],
+        "links": summary["links"],
+        "coverage": round(summary["coverage"], 4),
+        "walk_seconds": round(summary["walk_seconds"], 2),
+        "walk_metres": round(summary["walk_length"], 2),
+        "walk_seed": scene.wayfarer.walk.seed,
+        "walks_tried": [{"seed": walk.seed, "defects_per_minute": round(walk.defects, 2)} for walk in tried],
+        "seconds": {step: round(value, 2) for step, value in seconds.items()},
+        "not_covered": gaps,
+        "dropped": [
+            {"clip": dropped.clip, "seconds": round(dropped.seconds, 2), "reason": dropped.reason}
+            for dropped in graph.dropped
+        ],
+    }
+
+
+def _sentences(scene, tried: list[TriedWalk], gaps: list[dict]) -> list[str]:
+    """The demo's outcome for people."""
+    summary, graph = results(scene).summary, graph_of(scene)
+    said = [
+        f"{counted(len(graph.segments), 'segment')} and {counted(len(graph.links), 'link')} from "
+        f"{counted(summary['clips'], 'clip')} became {counted(summary['nodes'], 'node')} and "
+        f"{counted(summary['links'], 'link')}.",
+        f"The character can be in {share(summary['coverage'])} of the free floor; it walks for "
+        f"{time(summary['walk_seconds'])}.",
+    ]
+    if tried:
+        said.append(f"Of {counted(len(tried), 'walk')} that were tried, the one with the fewest defects is shown.")
+    for gap in gaps:
+        where = place(gap["x"], gap["y"])
+        said.append(f"It cannot get to {area(gap['square_metres'])} of free floor around {where}.")
+    return said
+
+
+def _gaps(embedding) -> list[dict]:
+    """Free floor that the character cannot get to, in connected pieces of a square metre or more, largest first."""
+    grid = embedding.environment.grid
+    missed = floor_cells(embedding) & ~embedding.covered().any(axis=2)
+    gaps = []
+    for cells in connected_areas(missed, grid.tiled):
+        size = cells.shape[1] * grid.cell_size**2
+        if size >= _SMALLEST_GAP:
+            x, y = grid.positions(cells.T).mean(axis=0)
+            gaps.append({"square_metres": round(size, 2), "x": round(float(x), 2), "y": round(float(y), 2)})
+    return sorted(gaps, key=lambda gap: -gap["square_metres"])
+
+
+def quietly(work, *arguments, **options):
+    """Run without the lines that Blender and its drivers print; they are shown if the work fails."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = os.dup(1), os.dup(2)
+    with tempfile.TemporaryFile() as sink:
+        os.dup2(sink.fileno(), 1)
+        os.dup2(sink.fileno(), 2)
+        failed = True
+        try:
+            result = work(*arguments, **options)
+            failed = False
+            return result
+        except (RuntimeError, MotionGraphError):
+            # The input is at fault, and the sentence says how: no need for more.
+            failed = False
+            raise
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            for number, copy in zip((1, 2), kept, strict=True):
+                os.dup2(copy, number)
+                os.close(copy)
+            if failed:
+                sink.seek(0)
+                sys.stderr.buffer.write(sink.read())

@@ -1,0 +1,151 @@
+"""The reproduction from the first operator to the last file."""
+
+import json
+from argparse import Namespace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...addon.render.raster import rasterize
+from ...core.report.drawing import Drawing, svg
+from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
+from ...core.report.png import png_bytes
+from ...core.report.scene_report import Topic
+from ...core.report.table import plain, table
+from ..demo_steps import draw_walk_view, quietly, shown_scene
+from .beyond import SHORT, WHOLE, compare_scenes, examine, sections_of
+from .cost import measure_cost
+from .findings import PAPER, Comparison, Findings
+from .footprint_growth import draw_footprint_growth
+from .graphs import describe_graphs, make_graphs
+from .other_scenes import draw_crowds, draw_halls, draw_tile
+from .room import draw_rooms
+from .stage import Coarseness, bring_clips, open_place
+from .tuning import draw_global_pruning, draw_headings, draw_local_pruning, draw_times
+
+
+def run(options: Namespace, journal) -> dict:
+    """Everything; returns what went into report.json.
+
+    Raises RuntimeError, as operators do, and MotionGraphError if something is wrong with the input.
+    """
+    quick, out = options.quick, options.out
+    coarse = Coarseness(2.0, 12) if quick else Coarseness()
+    step = journal.run
+    clips, trimmed = step("clips", "Bringing the clips", quietly, bring_clips, options.clips, quick)
+    graphs, tried = step(
+        "graphs", "Building motion graphs", make_graphs, clips, *([(0.12, 0.3), (0.5,)] if quick else [])
+    )
+    places = {}
+    for key in ("ROOM", "TWO_STEPS", "S_HALL", "TILE", "STEP_ROOM"):
+        places[key] = step("scenes", f"Reading {key.lower()}", quietly, open_place, key, coarse)
+
+    parts = {"motion_graph": describe_graphs(graphs, tried, trimmed)}
+    rooms, parts["room"] = step("room", "Fig. 1: the room", draw_rooms, graphs, places["STEP_ROOM"], places["ROOM"])
+    parts["growth"] = step("growth", "Fig. 4: footprint growth", draw_footprint_growth, *([2000] if quick else []))
+    parts["local"] = step("local", "Fig. 5: local pruning", draw_local_pruning, rooms)
+    parts["global"] = step("global", "Fig. 6: global pruning", draw_global_pruning, rooms)
+    parts["headings"] = step("headings", "Fig. 7: single headings", draw_headings, rooms)
+    parts["times"] = step("times", "Fig. 8: time to reach", draw_times, rooms)
+    tile, parts["tile"] = step("tile", "Fig. 9: a tile", draw_tile, places["TILE"], graphs.best)
+    halls, parts["halls"] = step(
+        "halls", "Fig. 10: other halls", draw_halls, places["S_HALL"], places["TWO_STEPS"], graphs.best
+    )
+    sides = (1, 2) if quick else (1, 2, 3, 4, 5, 6)
+    parts["cost"] = step("cost", "Cost", measure_cost, graphs, places["ROOM"], places["TILE"], sides)
+
+    scenes = {
+        "step_room": (places["STEP_ROOM"], rooms.embedding),
+        "s_hall": (places["S_HALL"], halls["s_hall"]),
+        "two_steps": (places["TWO_STEPS"], halls["two_steps"]),
+        "tile": (places["TILE"], tile),
+    }
+    reports = {}
+    for name, (place, embedding) in scenes.items():
+        if quick and name in halls:
+            continue
+        whole = name == "step_room" and not quick
+        topics = WHOLE if whole else SHORT | {Topic.IMPORTANCE} if name == "step_room" else SHORT
+        label = f"Examining {place.layout.label.lower()}"
+        reports[name] = step("examine", label, examine, place, embedding, out / name, topics, whole)
+    parts["scenes"] = compare_scenes(reports)
+    crowded = {name: scenes[name] for name in ("step_room", "tile")}
+    parts["crowds"] = step("crowds", "Crowds", draw_crowds, crowded, 6 if quick else 12, 5.0 if quick else 10.0)
+
+    pictures = {}
+    if not quick:
+        pictures["view"] = step("view", "Drawing the room in perspective", quietly, _draw_view, out / "view.png")
+    more = sections_of(reports["step_room"], (Topic.IMPORTANCE, Topic.CAPTURE, Topic.METRICS))
+    report = {
+        "paper": PAPER,
+        "clips": str(options.clips) if options.clips else "sample character",
+        "quick": quick,
+        "comparisons": [vars(comparison) for part in parts.values() for comparison in part.comparisons],
+        **{name: part.numbers for name, part in parts.items()},
+    }
+    step("write", "Writing figures and report", _write, out, parts, more, pictures, report, options)
+    return report
+
+
+def _draw_view(path: Path) -> bytes:
+    """The room with the step as the add-on shows it: operators of the panel, then its own picture in perspective."""
+    operators, settings = bpy.ops.wayfarer, bpy.context.scene.wayfarer
+    settings.walk.duration = 40.0
+    for name in ("build_motion_graph", "embed", "paint_map", "random_walk"):
+        getattr(operators, name)()
+    draw_walk_view(path, shown_scene())
+    return path.read_bytes()
+
+
+def _write(out: Path, parts: dict[str, Findings], more: list[Section], pictures: dict, report: dict, options) -> None:
+    charts = {name: chart for part in parts.values() for name, chart in part.figures.items()}
+    for name, chart in charts.items():
+        (out / f"{name}.svg").write_text(svg(chart), encoding="utf-8")
+        (out / f"{name}.png").write_bytes(_png(chart))
+    page = html_page(_TITLE, _lead(options), _sections(parts, more, pictures))
+    (out / "report.html").write_text(page, encoding="utf-8")
+    (out / "report.json").write_text(json.dumps(report, indent=2, default=_plain) + "\n", encoding="utf-8")
+
+
+_TITLE = "Evaluating and tuning motion graphs: the paper reproduced"
+
+
+def _lead(options: Namespace) -> str:
+    motion = f"the motions of {options.clips.name}" if options.clips else "the sample character"
+    quick = (
+        " A quick run: coarser grids than the paper's, so that counts are far from its numbers."
+        if options.quick
+        else ""
+    )
+    return (
+        f"Section 5 of {PAPER}, with our own code and {motion}. No count was tuned to fit: where a number differs, the "
+        f"table says why.{quick}"
+    )
+
+
+def _sections(parts: dict[str, Findings], more: list[Section], pictures: dict[str, bytes]) -> list[Section]:
+    comparisons: list[Comparison] = [c for part in parts.values() for c in part.comparisons]
+    overview = table(
+        ["what", "the paper", "ours", "a word on the difference"],
+        [[c.what, c.paper, c.ours, c.why] for c in comparisons],
+    )
+    sections = [Section("The paper's numbers and ours", (overview,))]
+    for name, part in parts.items():
+        blocks = part.section.blocks
+        if name == "room" and "view" in pictures:
+            caption = "The same room as the add-on shows it, with the character at several moments of a walk."
+            blocks = (*blocks, FigureRow((Figure(pictures["view"], caption),)))
+        sections.append(Section(part.section.title, blocks))
+    note = Paragraph("Each scene's own report, with tables and maps as files, lies in a folder of its name.")
+    return [*sections, *more, Section("Files", (note,))]
+
+
+def _png(chart: Drawing) -> bytes:
+    pixels = np.round(255 * rasterize(chart)[::-1, :, :3]).astype(np.uint8)
+    return png_bytes(np.ascontiguousarray(pixels))
+
+
+def _plain(value):
+    """What json does not know: NumPy's numbers."""
+    return plain(value)
