@@ -9,14 +9,14 @@ import numpy as np
 from ...core.errors import EvaluationError
 from ...core.maps.colors import displayed
 from ...core.maps.legend import MapLegend
+from ...core.maps.scales import ColorScale
 from ...core.report.chart import ColorBar, Swatch, map_chart
-from ...core.report.color_scale import ColorScale
 from ...core.report.drawing import Drawing
 from ...core.report.png import png_bytes
 from ..bridge.write_colors import painted_cell_size, painted_colors
-from ..render.finding_charts import chart_of
 from ..render.floor import floor_legend
 from ..render.raster import rasterize
+from ..results.findings.charts import chart_of
 from ..results.findings.finding import TITLES, finding_is_stale, numbers_of, table_of
 from ..results.state import find_painted, results
 from .folder import write_files

@@ -3,8 +3,8 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..render.finding_charts import CHARTS, show_chart
 from ..render.image_editor import show_in_editor
+from ..results.findings.charts import CHARTS, show_chart
 from ..results.findings.finding import TITLES, find_finding
 
 

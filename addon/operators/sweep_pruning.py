@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..render.finding_charts import show_chart
 from ..render.image_editor import show_in_editor
+from ..results.findings.charts import show_chart
 from ..results.findings.finding import PRUNING_CURVE
 from ..results.findings.pruning import pruning_curve_finding_steps
 from ..results.state import whole_of

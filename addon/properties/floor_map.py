@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
-from ...core.maps.palettes import Palette
+from ...core.maps.colors import Palette
 from .enums import enum_items
 from .graph_names import segment_names
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...core.maps.colors import FEWEST, MOST
+from ...core.maps.scales import GREYS
 from ..bridge.text import length as length_words
 from .picture_scene import PictureScene
 
@@ -39,7 +39,7 @@ class Legend:
         width, height = 9.0 * self.size, 1.0 * self.size
         for k in range(_STEPS):
             share = k / (_STEPS - 1)
-            color = [(1 - share) * a + share * b for a, b in zip(FEWEST, MOST, strict=True)]
+            color = [(1 - share) * a + share * b for a, b in zip(*GREYS.stops, strict=True)]
             left = self.x + k * width / _STEPS
             self._patch(left, left + 1.02 * width / _STEPS, self.y - height, self.y, color)
         self.y -= height + 1.0 * self.size

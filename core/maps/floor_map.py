@@ -10,8 +10,8 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from ..evaluation.query import Query
 from ..progress import Progress
+from .colors import FloorScale, Palette, scale_of
 from .legend import MapLegend, Swatch
-from .palettes import Palette, Scale, scale_of
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class MapOptions:
         return None if self.heading is None else round(self.heading / grid.heading_step) % grid.n_headings
 
     @property
-    def scale(self) -> Scale:
+    def scale(self) -> FloorScale:
         return scale_of(self.palette)
 
 
@@ -100,7 +100,7 @@ class FloorMap:
     heeds: frozenset[str] = frozenset()
 
 
-def place_swatches(scale: Scale, embedding: Embedding, unreached: str) -> tuple[Swatch, ...]:
+def place_swatches(scale: FloorScale, embedding: Embedding, unreached: str) -> tuple[Swatch, ...]:
     """What the colours beside the scale mean; those of regions only where there are any."""
     ruled = (Swatch(scale.ruled, "Region With a Rule"),) if embedding.environment.regions else ()
     return (Swatch(scale.unreached, unreached), *ruled, Swatch(scale.blocked, "Too Near an Obstacle"))

@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict, dataclass
 
-SRGB = tuple[float, float, float]
+from .scales import Color
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class ColorBar:
     ticks : tuple of (position from 0 to 1, text)
     """
 
-    stops: tuple[SRGB, ...]
+    stops: tuple[Color, ...]
     ticks: tuple[tuple[float, str], ...]
 
 
@@ -24,7 +24,7 @@ class ColorBar:
 class Swatch:
     """A single colour (sRGB), what it stands for, and how much of it there is ("12%"; empty if nobody counted)."""
 
-    color: SRGB
+    color: Color
     text: str
     value: str = ""
 
@@ -72,6 +72,6 @@ class MapLegend:
         )
 
 
-def _color(values) -> SRGB:
+def _color(values) -> Color:
     red, green, blue = (float(value) for value in values)
     return red, green, blue

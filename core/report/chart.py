@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import wording
-from .color_scale import SERIES, ColorScale
+from ..maps.scales import SERIES, ColorScale
 from .drawing import FAINT, INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark, Picture
 from .ticks import ticks
 

@@ -11,10 +11,8 @@ from html import escape
 
 import numpy as np
 
+from ..maps.scales import Color
 from .png import png_bytes
-
-#: sRGB, components from 0 to 1.
-Color = tuple[float, float, float]
 
 INK: Color = (0.13, 0.14, 0.16)
 FAINT: Color = (0.86, 0.87, 0.88)

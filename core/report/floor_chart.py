@@ -10,10 +10,7 @@ from ..environment.environment import Environment
 from ..environment.grid import SUBDIVISION
 from ..environment.regions import RegionRule
 from ..evaluation.floor import ruled_cells
-from .chart import ColorBar, Swatch, Trace, map_chart
-from .color_scale import CIVIDIS, GREYS, ColorScale
-from .drawing import Color, Drawing, Picture
-from .floor_colors import (
+from ..maps.colors import (
     BLOCKED,
     OBSTACLE,
     RULED,
@@ -24,6 +21,9 @@ from .floor_colors import (
     lightness,
     ruled_samples,
 )
+from ..maps.scales import CIVIDIS, GREYS, ColorScale
+from .chart import ColorBar, Swatch, Trace, map_chart
+from .drawing import Color, Drawing, Picture
 
 #: Left against right.
 BALANCE = ColorScale("Balance", ((0.70, 0.30, 0.00), (0.96, 0.96, 0.94), (0.00, 0.33, 0.62)))

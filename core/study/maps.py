@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ..expanse.set_file import write_whole
-from ..report.color_scale import CIVIDIS
-from ..report.floor_colors import RULED
+from ..maps.colors import RULED
+from ..maps.scales import CIVIDIS
 from ..report.png import png_bytes
 from .subject import Subject
 

@@ -6,10 +6,10 @@ from itertools import groupby
 import numpy as np
 
 from .. import wording
+from ..maps.colors import RULED
+from ..maps.scales import CIVIDIS, SERIES
 from ..report.chart import Series, bar_chart, line_chart, map_chart
-from ..report.color_scale import CIVIDIS, SERIES
 from ..report.drawing import Anchor, Box, Drawing, Label, Mark, Picture
-from ..report.floor_colors import RULED
 from ..report.page import Block, Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from .maps import BLOCKED, NOT_REACHED, shaded
 from .measures import QUANTITIES, Measure

@@ -19,9 +19,8 @@ from bl_ext.user_default.wayfarer.core.evaluation.telling_times import telling_t
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability, variability
 from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import WeakSpotSettings, weak_spots
 from bl_ext.user_default.wayfarer.core.maps import MAPS, MapOptions, MapQuantity, PaintedMap, map_of
-from bl_ext.user_default.wayfarer.core.maps.colors import lightest_value, linear
+from bl_ext.user_default.wayfarer.core.maps.colors import Palette, lightest_value, linear, scale_of
 from bl_ext.user_default.wayfarer.core.maps.legend import MapLegend
-from bl_ext.user_default.wayfarer.core.maps.palettes import Palette, scale_of
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.wording import area as area_words
 from bl_ext.user_default.wayfarer.core.wording import short

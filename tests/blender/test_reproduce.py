@@ -77,7 +77,7 @@ def test_numbers_agree_with_each_other(quick):
 
 
 def test_figures_show_scenes_and_walks(quick):
-    from bl_ext.user_default.wayfarer.core.report.floor_colors import OBSTACLE, STEP, UNREACHED, WALK
+    from bl_ext.user_default.wayfarer.core.maps.colors import OBSTACLE, STEP, UNREACHED, WALK
 
     out, _ = quick
     for name in FIGURES:

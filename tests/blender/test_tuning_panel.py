@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
-from bl_ext.user_default.wayfarer.addon.render.finding_charts import chart_of
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
+from bl_ext.user_default.wayfarer.addon.results.findings.charts import chart_of
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share, floor_variability
 from bl_ext.user_default.wayfarer.core.report.drawing import Line
 from bl_ext.user_default.wayfarer.core.tuning.budget import BudgetSettings, Limit, prune_to_budget

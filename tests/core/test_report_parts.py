@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib import image
 
+from core.maps.scales import CIVIDIS, GREYS
 from core.report.chart import ColorBar, Series, Swatch, bar_chart, line_chart, map_chart
-from core.report.color_scale import CIVIDIS, GREYS
 from core.report.drawing import Label, Line, Picture, svg
 from core.report.page import Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from core.report.png import png_bytes

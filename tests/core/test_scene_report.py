@@ -21,13 +21,13 @@ from core.evaluation.goals import goal_at
 from core.evaluation.reach import PAPER_TIMES, time_to_reach
 from core.evaluation.telling_times import telling_times
 from core.evaluation.turn_balance import turn_balance
+from core.maps.colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from core.progress import finish
 from core.report.chart import Trace, map_chart
 from core.report.drawing import Line, Picture
 from core.report.floor_chart import FloorScene, amount_chart, band_chart, floor_pixels, picture_of
-from core.report.floor_colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED
 from core.report.scene_report import (
     QUICK_TOPICS,
     Goal,

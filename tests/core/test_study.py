@@ -34,9 +34,9 @@ from core.evaluation.path_efficiency import path_efficiency
 from core.evaluation.variability import coverage_share, floor_variability
 from core.evaluation.why_not import Reason, why_not
 from core.expanse.work import Serial
+from core.maps.colors import RULED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.progress import finish
-from core.report.floor_colors import RULED
 from core.study.case import embedding_settings, run_case
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set
 from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene

@@ -7,9 +7,9 @@ from ...core import wording
 from ...core.embedding.footprint import FootprintSettings
 from ...core.embedding.growth import gridded_growth, theoretical_growth
 from ...core.environment.grid import Grid
+from ...core.maps.scales import SERIES
 from ...core.motion.graph import MotionSegment
 from ...core.report.chart import Series, line_chart
-from ...core.report.color_scale import SERIES
 from ...core.report.drawing import INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from .findings import Comparison, Findings

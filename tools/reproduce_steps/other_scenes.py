@@ -8,15 +8,15 @@ from ...core.environment.grid import SUBDIVISION
 from ...core.errors import WalkError
 from ...core.evaluation.environment_coverage import environment_coverage
 from ...core.evaluation.variability import floor_variability
+from ...core.maps.colors import BLOCKED, OBSTACLE, WALK, lightest_value, lightness
+from ...core.maps.scales import GREYS, SERIES
 from ...core.motion.graph import MotionGraph
 from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
 from ...core.playback.walk import WalkSettings, random_walk_steps
 from ...core.progress import finish
 from ...core.report.chart import ColorBar, Swatch, Trace, map_chart
-from ...core.report.color_scale import GREYS, SERIES
 from ...core.report.drawing import Drawing
 from ...core.report.floor_chart import FloorWalk, amount_chart, floor_pixels
-from ...core.report.floor_colors import BLOCKED, OBSTACLE, WALK, lightest_value, lightness
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from .findings import Comparison, Findings, size_of
 from .stage import Place

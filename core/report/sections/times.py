@@ -10,8 +10,8 @@ from ...errors import EvaluationError
 from ...evaluation.occupancy import occupancy_steps
 from ...evaluation.reach import time_to_reach_steps
 from ...evaluation.telling_times import telling_times
+from ...maps.scales import CIVIDIS
 from ...progress import Progress
-from ..color_scale import CIVIDIS
 from ..finding_tables import reach_table
 from ..floor_chart import amount_chart, band_chart
 from ..page import Figure, Paragraph, Section

@@ -4,11 +4,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...core.report.chart import Series, bar_chart, line_chart
-from ...core.report.drawing import Drawing
-from ...core.report.table import Table
-from ..bridge.text import exact, place
-from ..results.findings.finding import (
+from ....core.report.chart import Series, bar_chart, line_chart
+from ....core.report.drawing import Drawing
+from ....core.report.table import Table
+from ...bridge.text import exact, place
+from ...render.raster import show_image
+from .finding import (
     ABLATION,
     ACTIONS,
     CAPTURE,
@@ -20,7 +21,6 @@ from ..results.findings.finding import (
     find_finding,
     table_of,
 )
-from .raster import show_image
 
 _BARS = 40
 """Bars of a chart at the most: the table has all."""
