@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from bl_ext.user_default.wayfarer.addon.live.live import live
+from bl_ext.user_default.wayfarer.addon.live import live
 from bl_ext.user_default.wayfarer.addon.results import state
 from tests.blender.meddler import NAMES, Meddler
 
