@@ -8,8 +8,8 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_scene import ShapeMemory, read_triangles
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ATTRIBUTE
-from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.live import live
+from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.scene import changes as scene_changes
