@@ -8,7 +8,8 @@ import numpy as np
 
 from .. import wording
 from ..errors import ClipError
-from .kinematics import FARTHEST, are_positions, are_rotations, as_rotation, world_transforms
+from . import quat
+from .kinematics import FARTHEST, are_positions, world_transforms
 from .skeleton import Skeleton
 
 SLOWEST_RATE, FASTEST_RATE = 0.1, 100_000.0
@@ -70,7 +71,7 @@ class MotionClip:
                 f"Clip '{self.name}' holds a value that is not a number at {self._where(bad)}; repair or delete that "
                 "key."
             )
-        turned, placed = are_rotations(self.rotations), are_positions(self.translations)
+        turned, placed = quat.are_rotations(self.rotations), are_positions(self.translations)
         if not turned.all():
             raise ClipError(
                 f"Clip '{self.name}' holds a rotation that is none at {self._where(~turned)}; repair that key."
@@ -112,7 +113,7 @@ class MotionClip:
     @cached_property
     def root_heading(self) -> np.ndarray:
         """(F,) unwrapped heading of the root's forward axis in radians; ClipError where it points up or down."""
-        forward = as_rotation(self.rotations[:, 0]).apply(self.skeleton.forward)
+        forward = quat.rotate(self.rotations[:, 0], self.skeleton.forward)
         if np.any(np.hypot(forward[:, 0], forward[:, 1]) < 1e-3):
             raise ClipError(
                 f"Clip '{self.name}': the forward axis of bone '{self.skeleton.names[0]}' points straight up or "
@@ -138,7 +139,7 @@ class MotionClip:
         times = np.minimum(np.arange(n_frames) / frame_rate, self.duration)
         before = np.minimum((times * self.frame_rate).astype(int), self.n_frames - 2)
         weight = (times * self.frame_rate - before)[:, None, None]
-        rotations = _slerp(self.rotations[before], self.rotations[before + 1], weight)
+        rotations = quat.slerp(self.rotations[before], self.rotations[before + 1], weight)
         translations = self.translations[before] * (1 - weight) + self.translations[before + 1] * weight
         nearest = np.rint(times * self.frame_rate).astype(int)
         every = np.arange(self.n_frames)
@@ -151,15 +152,3 @@ class MotionClip:
             first_frame=self.first_frame * frame_rate / self.frame_rate,
             heading=None if self.heading is None else np.interp(times * self.frame_rate, every, self.heading),
         )
-
-
-def _slerp(start: np.ndarray, end: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(..., 4) quaternions from ``start`` to ``end`` along the shorter arc, ``weight`` (..., 1) of the way."""
-    cosine = np.einsum("...c,...c->...", start, end)[..., None]
-    # The half angle from its tangent, because an arccos would lose the digits of small angles.
-    sine = np.linalg.norm(end * np.where(cosine < 0, -1, 1) - start * np.abs(cosine), axis=-1, keepdims=True)
-    angle = np.arctan2(sine, np.abs(cosine))
-    from_start = np.sinc((1 - weight) * angle / np.pi) * (1 - weight)
-    from_end = np.sinc(weight * angle / np.pi) * weight * np.where(cosine < 0, -1, 1)
-    result = from_start * start + from_end * end
-    return result / np.linalg.norm(result, axis=-1, keepdims=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import Progress, finish
+from . import quat
 from .body_size import relative_size
 from .clip import MotionClip
 from .joint_roles import hips_joint, joint_weights
-from .kinematics import as_quaternions, as_rotation
 
 SAMPLED_FRAMES = 400
 """Frames that are compared with all others to tell how many pairs there will be."""
@@ -85,18 +85,15 @@ def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> Pos
     joints = np.flatnonzero(weights[1:]) + 1
     n_frames, rate, heading = clip.n_frames, clip.frame_rate, clip.ground_path[:, 2]
 
-    unheading = np.zeros((n_frames, 4))
-    unheading[:, 0], unheading[:, 3] = np.cos(heading / 2), -np.sin(heading / 2)
-    tilt = as_quaternions(as_rotation(unheading) * as_rotation(clip.rotations[:, 0]), (n_frames, 1))
-    rotations = np.concatenate([tilt, clip.rotations[:, joints]], axis=1)
-    rotations /= np.linalg.norm(rotations, axis=2, keepdims=True)
+    tilt = quat.multiply(quat.about("z", -heading), clip.rotations[:, 0])
+    rotations = quat.normalized(np.concatenate([tilt[:, None], clip.rotations[:, joints]], axis=1))
     weights = np.concatenate([weights[:1], weights[joints]])
 
     before = np.maximum(np.arange(n_frames) - 1, 0)
     after = np.minimum(np.arange(n_frames) + 1, n_frames - 1)
-    turned = as_rotation(rotations[before]).inv() * as_rotation(rotations[after])
+    turned = quat.multiply(quat.inverse(rotations[before]), rotations[after])
     seconds = (after - before)[:, None, None] / rate
-    angular = turned.as_rotvec().reshape(n_frames, -1, 3) / seconds
+    angular = quat.to_rotvec(turned) / seconds
     angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
 
     # Seen at a person's size.
@@ -237,7 +234,7 @@ def expected_pairs(features: PoseFeatures, max_cost: float, classes: np.ndarray 
 
 def _bounding_factors(features: PoseFeatures) -> tuple[np.ndarray, np.ndarray]:
     """(F, M) float32 of rows and of columns, whose product bounds minus half the cost of all pairs from above."""
-    matrices = as_rotation(features.rotations).as_matrix().reshape(features.n_frames, -1, 9)
+    matrices = quat.to_matrix(features.rotations).reshape(features.n_frames, -1, 9)
     matrices *= np.sqrt(features.weights / 2)[:, None]
     points = np.concatenate([matrices.reshape(features.n_frames, -1), features.vectors], axis=1)
     points -= points.mean(axis=0)

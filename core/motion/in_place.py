@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from . import quat
 from .clip import MotionClip
 from .joint_roles import foot_joints
-from .kinematics import as_quaternions, as_rotation
 from .stature import stature
 
 _FLOOR_PERCENTILE = 5
@@ -60,8 +59,8 @@ def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray
     moves = np.einsum("fk,fkc->fc", shares, np.diff(points[..., :2], axis=0))
     # Toes bend; which way a foot points, its ankle says.
     ankles = [chain[0] for chain in chains for _ in chain]
-    turned = as_rotation(rotations[1:, ankles]) * as_rotation(rotations[:-1, ankles]).inv()
-    turns = np.einsum("fk,fk->f", shares, turned.as_rotvec()[:, 2].reshape(shares.shape))
+    turned = quat.multiply(rotations[1:, ankles], quat.inverse(rotations[:-1, ankles]))
+    turns = np.einsum("fk,fk->f", shares, quat.to_rotvec(turned)[..., 2])
 
     standing = np.flatnonzero(weights.max(axis=1) > 0.1)
     if len(standing) == 0:
@@ -102,7 +101,6 @@ def with_root_motion(clip: MotionClip, turning: bool = False, feet: Feet | None 
 def _turned(clip: MotionClip, angles: np.ndarray) -> MotionClip:
     """The clip with each frame turned about the vertical through its own root by ``angles`` (F,) radians."""
     rotations = clip.rotations.copy()
-    turn = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
-    rotations[:, 0] = as_quaternions(turn * as_rotation(rotations[:, 0]), (clip.n_frames,))
+    rotations[:, 0] = quat.multiply(quat.about("z", angles), rotations[:, 0])
     heading = None if clip.heading is None else clip.heading + angles
     return replace(clip, rotations=rotations, heading=heading)

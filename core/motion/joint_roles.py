@@ -10,6 +10,7 @@ from enum import Enum
 import numpy as np
 
 from ..errors import ClipError
+from . import quat
 from .skeleton import Skeleton
 from .stature import rest_world
 
@@ -203,9 +204,7 @@ def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]
         meeting = max(_ancestors(skeleton, leaves[0]) & _ancestors(skeleton, other))
         if height[meeting] > ankle_height:
             feet = [(int(skeleton.parents[leaf]), int(leaf)) for leaf in (leaves[0], other)]
-            w, xyz = rotations[0, 0], rotations[0, 1:]
-            turned = 2 * np.cross(xyz, skeleton.forward)
-            forward = skeleton.forward + w * turned + np.cross(xyz, turned)
+            forward = quat.rotate(rotations[0], skeleton.forward)
             side = [forward[0] * positions[foot[1], 1] - forward[1] * positions[foot[1], 0] for foot in feet]
             left, right = feet if side[0] >= side[1] else feet[::-1]
             return left, right

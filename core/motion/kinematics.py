@@ -1,45 +1,48 @@
-"""Forward kinematics: from local joint transforms to world space."""
+"""Forward kinematics: from local joint transforms to world space, and back."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+from . import quat
 
 FARTHEST = 1e6
 """Metres from the origin beyond which a position is a mistake, of units for example."""
 
 
-def are_rotations(quaternions: np.ndarray) -> np.ndarray:
-    """(...,) bool: which of the (..., 4) quaternions are finite and of unit length (to single precision and a bit)."""
-    quaternions = np.asarray(quaternions, dtype=float)
-    # Clipped, because squares of what is far too long overflow; what is not a number is nowhere near one.
-    return np.abs(np.linalg.norm(np.clip(quaternions, -9, 9), axis=-1) - 1) < 1e-3
-
-
 def are_positions(points: np.ndarray) -> np.ndarray:
-    """(...,) bool: which of the (..., 3) points are finite and not absurdly far away."""
+    """Test which of (..., 3) points are finite and not absurdly far away."""
     return np.all(np.abs(np.asarray(points, dtype=float)) <= FARTHEST, axis=-1)
-
-
-def as_rotation(quaternions: np.ndarray) -> Rotation:
-    """(..., 4) quaternions (w, x, y, z) as one flat scipy Rotation."""
-    return Rotation.from_quat(np.asarray(quaternions).reshape(-1, 4), scalar_first=True)
-
-
-def as_quaternions(rotation: Rotation, shape: tuple[int, ...]) -> np.ndarray:
-    """The rotations as quaternions (w, x, y, z) of shape ``shape`` + (4,)."""
-    return rotation.as_quat(scalar_first=True).reshape(*shape, 4)
 
 
 def world_transforms(
     rotations: np.ndarray, translations: np.ndarray, parents: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (F, J, 4) and positions (F, J, 3) in metres from local ones of the same shapes.
+    """Return world rotations (..., J, 4) and positions (..., J, 3) in metres from local ones of the same shapes.
 
     The root (joint 0) is already in world space; every other joint is relative to its parent.
+
+    >>> rotations = quat.about("z", np.full(2, np.pi / 2))  # two bones that each turn to the left
+    >>> world_transforms(rotations, np.array([[0, 0, 0], [1.0, 0, 0]]), np.array([-1, 0]))[1].round(6) + 0.0
+    array([[0., 0., 0.],
+           [0., 1., 0.]])
     """
     world_rotations = np.array(rotations, dtype=float)
     world_positions = np.array(translations, dtype=float)
     for joint in range(1, len(parents)):
-        parent = as_rotation(world_rotations[:, parents[joint]])
-        world_positions[:, joint] = world_positions[:, parents[joint]] + parent.apply(translations[:, joint])
-        world_rotations[:, joint] = as_quaternions(parent * as_rotation(rotations[:, joint]), (len(world_rotations),))
+        parent = world_rotations[..., parents[joint], :]
+        moved = quat.rotate(parent, world_positions[..., joint, :])
+        world_positions[..., joint, :] = world_positions[..., parents[joint], :] + moved
+        world_rotations[..., joint, :] = quat.multiply(parent, world_rotations[..., joint, :])
     return world_rotations, world_positions
+
+
+def local_transforms(
+    world_rotations: np.ndarray, world_positions: np.ndarray, parents: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the local rotations (..., J, 4) and translations (..., J, 3): the inverse of :func:`world_transforms`."""
+    above = np.asarray(parents)[1:]
+    back = quat.inverse(world_rotations[..., above, :])
+    rotations = np.array(world_rotations, dtype=float)
+    translations = np.array(world_positions, dtype=float)
+    rotations[..., 1:, :] = quat.multiply(back, world_rotations[..., 1:, :])
+    translations[..., 1:, :] = quat.rotate(back, world_positions[..., 1:, :] - world_positions[..., above, :])
+    return rotations, translations

@@ -2,11 +2,13 @@
 
 import numpy as np
 
+from . import quat
+
 
 def limb_frames(
     start: np.ndarray, end: np.ndarray, hinge: np.ndarray, upper: float, lower: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """World orientations of the two bones of a limb that reaches from ``start`` to ``end``.
+    """Return the world orientations of the two bones of a limb that reaches from ``start`` to ``end``.
 
     Parameters
     ----------
@@ -20,9 +22,9 @@ def limb_frames(
 
     Returns
     -------
-    (F, 3, 3), (F, 3, 3) float arrays
-        Rotation matrices whose columns are the bones' axes: Y along the bone, X along the hinge. If ``end``
-        is out of reach, the limb points at it, stretched (or folded) as far as it goes.
+    (F, 4), (F, 4) float arrays
+        Quaternions that turn Y along the bone and X along the hinge. If ``end`` is out of reach, the limb points at
+        it, stretched (or folded) as far as it goes.
     """
     span = end - start
     distance = np.linalg.norm(span, axis=-1)
@@ -37,6 +39,6 @@ def limb_frames(
 
     def frame(angle: np.ndarray) -> np.ndarray:
         direction = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * bend
-        return np.stack([axis, direction, np.cross(axis, direction)], axis=-1)
+        return quat.from_matrix(np.stack([axis, direction, np.cross(axis, direction)], axis=-1))
 
     return frame(first), frame(-second)

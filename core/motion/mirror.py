@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .. import wording
 from ..errors import ClipError
+from . import quat
 from .clip import MotionClip
-from .kinematics import as_quaternions, as_rotation
+from .kinematics import local_transforms
 from .sides import partners
 from .skeleton import Skeleton
 from .stature import rest_world, stature
@@ -40,30 +40,23 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
     normal = mirror_normal(skeleton)
     _check_symmetry(clip, other, normal, tolerance)
     rest = rest_world(skeleton)[0]
-    n_frames, n_joints = clip.rotations.shape[:2]
 
     # From the mirror image in the rest pose's plane of symmetry to that in the plane of the path.
     start = clip.ground_path[0]
     turn = 2 * (start[2] - (np.arctan2(normal[1], normal[0]) - np.pi / 2))
-    turned = Rotation.from_rotvec([0.0, 0.0, turn])
+    turned = quat.about("z", turn)
 
-    every_rest = as_rotation(np.tile(rest, (n_frames, 1)))
-    relative = as_quaternions(as_rotation(clip.world[0]) * every_rest.inv(), (n_frames, n_joints))
-    world = turned * as_rotation(_reflected_rotations(relative[:, other], normal)) * every_rest
-    rotations = as_quaternions(world, (n_frames, n_joints)).copy()
-    parents = np.maximum(skeleton.parents, 0)
-    local = as_rotation(rotations[:, parents[1:]]).inv() * as_rotation(rotations[:, 1:])
-    rotations[:, 1:] = as_quaternions(local, (n_frames, n_joints - 1))
+    relative = quat.multiply(clip.world[0], quat.inverse(rest))
+    world = quat.multiply(turned, quat.mirrored(relative[:, other], normal), rest)
+    rotations, _ = local_transforms(world, clip.world[1], skeleton.parents)
 
     # Bones of slightly different length would slide if a joint took the other side's place.
-    moved = clip.translations - skeleton.rest_translations
-    to_world = [as_rotation(rest[parent]) for parent in parents]
-    translations = np.empty_like(moved)
-    for joint in range(1, n_joints):
-        offset = _reflected(to_world[other[joint]].apply(moved[:, other[joint]]), normal)
-        translations[:, joint] = skeleton.rest_translations[joint] + to_world[joint].inv().apply(offset)
+    to_world = rest[np.maximum(skeleton.parents, 0)]
+    moved = quat.rotate(to_world, clip.translations - skeleton.rest_translations)
+    moved = quat.rotate(quat.inverse(to_world), quat.reflected(moved[:, other], normal))
+    translations = skeleton.rest_translations + moved
     from_start = clip.translations[:, 0] - [start[0], start[1], 0.0]
-    translations[:, 0] = turned.apply(_reflected(from_start, normal)) + [start[0], start[1], 0.0]
+    translations[:, 0] = quat.rotate(turned, quat.reflected(from_start, normal)) + [start[0], start[1], 0.0]
 
     return replace(
         clip,
@@ -76,7 +69,7 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
 
 def mirror_normal(skeleton: Skeleton) -> np.ndarray:
     """(3,) unit vector to the character's left in its rest pose, horizontal; ClipError if forward is vertical."""
-    forward = as_rotation(skeleton.rest_rotations[:1]).apply(skeleton.forward)[0]
+    forward = quat.rotate(skeleton.rest_rotations[0], skeleton.forward)
     length = np.hypot(forward[0], forward[1])
     if length < 1e-3:
         raise ClipError(
@@ -93,7 +86,7 @@ def asymmetry(skeleton: Skeleton) -> np.ndarray:
     aside = positions @ normal
     middle = np.median((aside + aside[other]) / 2)
     centred = positions - middle * normal
-    return np.linalg.norm(centred - _reflected(centred[other], normal), axis=1)
+    return np.linalg.norm(centred - quat.reflected(centred[other], normal), axis=1)
 
 
 def _check_symmetry(clip: MotionClip, other: np.ndarray, normal: np.ndarray, tolerance: float) -> None:
@@ -122,13 +115,3 @@ def _check_symmetry(clip: MotionClip, other: np.ndarray, normal: np.ndarray, tol
             f"Clip '{clip.name}' cannot be mirrored: in the rest pose {subject} {wording.small(apart[worst])} from "
             "being symmetric; make the rest pose the same on both sides, or switch Mirror Clips off."
         )
-
-
-def _reflected(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(..., 3) vectors reflected in the plane through the origin with the given unit normal."""
-    return vectors - 2 * (vectors @ normal)[..., None] * normal
-
-
-def _reflected_rotations(quaternions: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(..., 4) rotations M R M: the axis is mirrored, and turned the other way round."""
-    return np.concatenate([quaternions[..., :1], -_reflected(quaternions[..., 1:], normal)], axis=-1)

@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import ClipError
-from .kinematics import are_positions, are_rotations, world_transforms
+from . import quat
+from .kinematics import are_positions, world_transforms
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Skeleton:
         if len(set(self.names)) < len(self.names):
             twice = next(name for place, name in enumerate(self.names) if name in self.names[:place])
             raise ClipError(f"Two bones of the skeleton are called '{twice}'; rename one of them.")
-        bad = ~(are_rotations(self.rest_rotations) & are_positions(self.rest_translations))
+        bad = ~(quat.are_rotations(self.rest_rotations) & are_positions(self.rest_translations))
         if bad.any():
             raise ClipError(
                 f"The rest pose of bone '{self.names[np.argmax(bad)]}' is none: its place or its rotation is not a "

@@ -18,15 +18,14 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
-from scipy.spatial.transform import Rotation
 
 from .. import wording
 from ..errors import ClipError, WalkError
+from ..motion import quat
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
 from ..motion.joint_roles import foot_joints
-from ..motion.kinematics import as_quaternions, as_rotation
 from ..motion.skeleton import Skeleton
 from ..motion.stature import rest_world
 from .companions import find_companions, move_companions
@@ -208,7 +207,7 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     new_rotations, new_translations = clip.rotations.copy(), clip.translations.copy()
     lowered = _lowered_joint(skeleton, list(legs.values()))
     above = skeleton.parents[lowered]
-    carried = hips_move if above < 0 else as_rotation(rotations[:, above]).inv().apply(hips_move)
+    carried = hips_move if above < 0 else quat.rotate(quat.inverse(rotations[:, above]), hips_move)
     new_translations[touched, lowered] += carried[touched]
     for side, leg in legs.items():
         frames = np.flatnonzero(np.any(moves[side] != 0, axis=1) | (drop > 0))
@@ -339,12 +338,9 @@ def _lowered_joint(skeleton: Skeleton, legs: list[Leg]) -> int:
 
 def _turn_leg(leg: Leg, skeleton: Skeleton, rotations, positions, hips_move, foot_move, frames, new_rotations) -> None:
     """Turn thigh, shin and foot in ``new_rotations`` (F, J, 4), relative to their parents, on the given frames."""
-    turns = leg_turns(leg, rotations[frames], positions[frames], hips_move[frames], foot_move[frames])
-    thigh, shin = (Rotation.from_matrix(turn) for turn in turns)
+    thigh, shin = leg_turns(leg, rotations[frames], positions[frames], hips_move[frames], foot_move[frames])
     # What carries each joint has been turned by the one above: the foot is turned back to what it was.
-    for joint, undo, turn in ((leg.thigh, None, thigh), (leg.shin, thigh, shin), (leg.foot, shin, None)):
-        world = as_rotation(rotations[frames, joint])
-        carrier = as_rotation(rotations[frames, skeleton.parents[joint]])
-        turned = turn * world if turn is not None else world
-        carried = undo * carrier if undo is not None else carrier
-        new_rotations[frames, joint] = as_quaternions(carried.inv() * turned, (len(frames),))
+    none = quat.IDENTITY
+    for joint, above, turn in ((leg.thigh, none, thigh), (leg.shin, thigh, shin), (leg.foot, shin, none)):
+        back = quat.inverse(quat.multiply(above, rotations[frames, skeleton.parents[joint]]))
+        new_rotations[frames, joint] = quat.multiply(back, turn, rotations[frames, joint])

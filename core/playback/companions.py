@@ -7,7 +7,8 @@ one piece with it.
 
 import numpy as np
 
-from ..motion.kinematics import as_quaternions, as_rotation, world_transforms
+from ..motion import quat
+from ..motion.kinematics import world_transforms
 from ..motion.skeleton import Skeleton
 from ..motion.stature import stature
 from .two_bone import Leg
@@ -40,22 +41,24 @@ def find_companions(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positio
     if len(candidates) == 0:
         return found
     for joint in (leg.foot, *_below(skeleton, leg.foot), leg.shin, leg.thigh):
-        inverse = as_rotation(rotations[:, joint]).inv()
-        hips = as_rotation(rotations[:, 0]).inv()
+        inverse, hips = quat.inverse(rotations[:, joint]), quat.inverse(rotations[:, 0])
         # How much the joint turns and travels, as the hips see it.
-        seen = hips.apply(positions[:, joint] - positions[:, 0])
-        turning = (hips[0] * inverse[0].inv()).inv() * (hips * inverse.inv())
-        if np.ptp(seen, axis=0).max() < _MOVES * size and turning.magnitude().max() < _MOVES * 10:
+        seen, turned = (
+            quat.rotate(hips, positions[:, joint] - positions[:, 0]),
+            quat.multiply(hips, rotations[:, joint]),
+        )
+        turning = quat.angle_between(turned[0], turned)
+        if np.ptp(seen, axis=0).max() < _MOVES * size and turning.max() < _MOVES * 10:
             continue
         for candidate in candidates:
             if candidate in found:
                 continue
-            place = inverse.apply(positions[:, candidate] - positions[:, joint])
+            place = quat.rotate(inverse, positions[:, candidate] - positions[:, joint])
             strays = np.linalg.norm(place - np.median(place, axis=0), axis=1) / size
             if np.percentile(strays, _MOST) > _SAME_PLACE:
                 continue
-            turn = inverse * as_rotation(rotations[:, candidate])
-            if np.percentile((turn.mean().inv() * turn).magnitude(), _MOST) < 10 * _SAME_PLACE:
+            turn = quat.multiply(inverse, rotations[:, candidate])
+            if np.percentile(quat.angle_between(quat.mean(turn), turn), _MOST) < 10 * _SAME_PLACE:
                 found[int(candidate)] = joint
     return found
 
@@ -86,22 +89,21 @@ def move_companions(
         return
     old_rotations, old_positions = (array[frames] for array in old)
     new_rotations, new_positions = world_transforms(rotations[frames], translations[frames], skeleton.parents)
-    shape = (len(frames),)
     changed = np.zeros(skeleton.n_joints, dtype=bool)
     for joint in range(1, skeleton.n_joints):
         parent = int(skeleton.parents[joint])
-        carrier = as_rotation(new_rotations[:, parent])
+        carrier = new_rotations[:, parent]
         if joint in companions:
             leader = companions[joint]
-            turn = as_rotation(new_rotations[:, leader]) * as_rotation(old_rotations[:, leader]).inv()
-            away = turn.apply(old_positions[:, joint] - old_positions[:, leader])
+            turn = quat.multiply(new_rotations[:, leader], quat.inverse(old_rotations[:, leader]))
+            away = quat.rotate(turn, old_positions[:, joint] - old_positions[:, leader])
             new_positions[:, joint] = new_positions[:, leader] + away
-            new_rotations[:, joint] = as_quaternions(turn * as_rotation(old_rotations[:, joint]), shape)
-            local = carrier.inv() * as_rotation(new_rotations[:, joint])
-            rotations[frames, joint] = as_quaternions(local, shape)
-            translations[frames, joint] = carrier.inv().apply(new_positions[:, joint] - new_positions[:, parent])
+            new_rotations[:, joint] = quat.multiply(turn, old_rotations[:, joint])
+            back = quat.inverse(carrier)
+            rotations[frames, joint] = quat.multiply(back, new_rotations[:, joint])
+            translations[frames, joint] = quat.rotate(back, new_positions[:, joint] - new_positions[:, parent])
             changed[joint] = True
         elif changed[parent]:
-            new_positions[:, joint] = new_positions[:, parent] + carrier.apply(translations[frames, joint])
-            new_rotations[:, joint] = as_quaternions(carrier * as_rotation(rotations[frames, joint]), shape)
+            new_positions[:, joint] = new_positions[:, parent] + quat.rotate(carrier, translations[frames, joint])
+            new_rotations[:, joint] = quat.multiply(carrier, rotations[frames, joint])
             changed[joint] = True

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..errors import WalkError
+from ..motion import quat
 from ..motion.graph import MotionGraph
-from ..motion.kinematics import as_quaternions, as_rotation
 from .walk import Walk
 
 
@@ -66,23 +65,21 @@ def seam_gaps(walk: Walk, closed: bool = False) -> SeamGaps:
     first, last = (np.array([getattr(segment, end) for segment in segments]) for end in ("first", "last"))
     rotations_a, translations_a = poses_at(graph, clip[before], last[before])
     rotations_b, translations_b = poses_at(graph, clip[after], first[after])
-    shape = rotations_a.shape[:2]
-    a, b = as_rotation(rotations_a), as_rotation(rotations_b)
-    turns = (a.inv() * b).as_rotvec()
+    turns = quat.to_rotvec(quat.multiply(quat.inverse(rotations_a), rotations_b))
     omega_a, velocity_a = _rates(graph, clip[before], last[before])
     omega_b, velocity_b = _rates(graph, clip[after], first[after])
     # Both sides meet in the middle of the gap, at the mean of their angular velocities as seen from there.
-    half = Rotation.from_rotvec(turns / 2)
-    seen_a, seen_b = half.inv().apply(omega_a.reshape(-1, 3)), half.apply(omega_b.reshape(-1, 3))
+    half = quat.from_rotvec(turns / 2)
+    seen_a, seen_b = quat.rotate(quat.inverse(half), omega_a), quat.rotate(half, omega_b)
     common = (seen_a + seen_b) / 2
-    rates = [_vector_rate(turns / 2, common - seen_a), _vector_rate(-turns / 2, common - seen_b)]
+    rates = [quat.rotvec_rate(turns / 2, common - seen_a), quat.rotvec_rate(-turns / 2, common - seen_b)]
     return SeamGaps(
         frames=walk.seams[:-1][after],
         ends=walk.seams[1:][before],
         before=before,
         after=after,
-        turns=turns.reshape(*shape, 3),
-        turn_rates=np.stack([rate.reshape(*shape, 3) for rate in rates], axis=1),
+        turns=turns,
+        turn_rates=np.stack(rates, axis=1),
         moves=translations_b - translations_a,
         move_rates=velocity_b - velocity_a,
     )
@@ -101,8 +98,7 @@ def poses_at(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple
         here, clip = clips == index, graph.clips[index]
         rotations[here], translations[here] = clip.rotations[frames[here]], clip.translations[frames[here]]
         heading[here] = clip.ground_path[frames[here], 2]
-    unheading = Rotation.from_rotvec(-heading[:, None] * [0.0, 0.0, 1.0])
-    rotations[:, 0] = as_quaternions(unheading * as_rotation(rotations[:, 0]), (len(frames),))
+    rotations[:, 0] = quat.multiply(quat.about("z", -heading), rotations[:, 0])
     translations[:, 0, :2] = 0.0
     return rotations, translations
 
@@ -122,18 +118,5 @@ def _rates(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[n
     rotations_a, translations_a = poses_at(graph, clips, earlier)
     rotations_b, translations_b = poses_at(graph, clips, later)
     seconds = ((later - earlier) / graph.frame_rate)[:, None, None]
-    turns = (as_rotation(rotations_a).inv() * as_rotation(rotations_b)).as_rotvec()
-    return turns.reshape(translations_a.shape) / seconds, (translations_b - translations_a) / seconds
-
-
-def _vector_rate(vectors: np.ndarray, omega: np.ndarray) -> np.ndarray:
-    """(N, 3) rate of (N, 3) rotation vectors whose rotation has the angular velocity ``omega`` in its own frame.
-
-    The inverse of the right Jacobian of SO(3) (Solà et al. 2018, "A micro Lie theory", eq. 144).
-    """
-    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
-    small = angle < 1e-4
-    safe = np.where(small, 1.0, angle)
-    factor = np.where(small, 1 / 12, 1 / safe**2 - 1 / (2 * safe * np.tan(safe / 2)))
-    turned = np.cross(vectors, omega)
-    return omega + turned / 2 + factor * np.cross(vectors, turned)
+    turns = quat.to_rotvec(quat.multiply(quat.inverse(rotations_a), rotations_b))
+    return turns / seconds, (translations_b - translations_a) / seconds

@@ -9,12 +9,11 @@ and nothing changes outside the windows. Both sides meet half way.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..errors import WalkError
+from ..motion import quat
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
-from ..motion.kinematics import as_quaternions, as_rotation
 from .root_path import played_root_path
 from .seams import SeamGaps, poses_at, seam_gaps, window_steps
 from .splines import closing
@@ -91,7 +90,6 @@ def synthesize(
     windows = _windows(walk, gaps, settings, blend_durations)
     clips, frames = _played(walk)
     rotations, translations = poses_at(graph, clips, frames)
-    n_frames = len(frames)
     for after in (False, True):
         seam, step = window_steps(windows[:, int(after)], first=0 if after else 1)
         at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
@@ -101,15 +99,13 @@ def synthesize(
         # Time runs towards the seam before it: its slopes are counted backwards there.
         rate = -gaps.turn_rates[seam, 1] if after else gaps.turn_rates[seam, 0]
         turn = value * gaps.turns[seam] + slope * rate
-        turned = as_rotation(rotations[at]) * Rotation.from_rotvec(turn.reshape(-1, 3))
-        rotations[at] = as_quaternions(turned, turn.shape[:2])
+        rotations[at] = quat.multiply(rotations[at], quat.from_rotvec(turn))
         translations[at] += value * gaps.moves[seam] + slope * gaps.move_rates[seam] / 2
     if closed:
         rotations[-1], translations[-1] = rotations[0], translations[0]
 
     path = played_root_path(walk, gaps, windows, settings.root_tolerance * relative_size(skeleton))
-    about_z = Rotation.from_rotvec(path[:, 2:] * [0.0, 0.0, 1.0])
-    rotations[:, 0] = as_quaternions(about_z * as_rotation(rotations[:, 0]), (n_frames,))
+    rotations[:, 0] = quat.multiply(quat.about("z", path[:, 2]), rotations[:, 0])
     translations[:, 0, :2] = path[:, :2]
     return MotionClip(name, skeleton, graph.frame_rate, rotations, translations, _tags(walk), heading=path[:, 2])
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..motion import quat
 from ..motion.joint_roles import JointRole, guess_joint_roles
-from ..motion.kinematics import as_rotation
 from ..motion.limb import limb_frames
 from ..motion.skeleton import Skeleton
 from ..motion.stature import rest_world, stature
@@ -66,7 +66,7 @@ def find_leg(skeleton: Skeleton, side: int, feet: Sequence[Sequence[int]]) -> Le
 def leg_turns(
     leg: Leg, rotations: np.ndarray, positions: np.ndarray, hips_move: np.ndarray, foot_move: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(F, 3, 3), (F, 3, 3) rotation matrices in the world that thigh and shin turn by, so that the foot gets there.
+    """(F, 4), (F, 4) rotations in the world that thigh and shin turn by, so that the foot gets there.
 
     The plane of the knee turns with the line from hip to ankle, the least that it can. A leg that neither end moves
     of is not turned at all; one that its target is out of reach for points at it.
@@ -83,17 +83,16 @@ def leg_turns(
     hinge = _hinge(leg, rotations, positions)
     old = limb_frames(hip, ankle, hinge, upper, lower)
     start, target = hip + hips_move, ankle + foot_move
-    swing = _least_turn(ankle - hip, target - start)
-    new_hinge = np.einsum("fij,fj->fi", swing, hinge)
+    new_hinge = quat.rotate(quat.between(ankle - hip, target - start), hinge)
     # The hinge of a nearly straight leg is not quite at right angles to it: what that misses is aimed for anew.
     aim = target
     for _ in range(3):
         new = limb_frames(start, aim, new_hinge, upper, lower)
-        thigh, shin = (after @ before.transpose(0, 2, 1) for after, before in zip(new, old, strict=True))
-        reached = start + np.einsum("fij,fj->fi", thigh, knee - hip) + np.einsum("fij,fj->fi", shin, ankle - knee)
+        thigh, shin = (quat.multiply(after, quat.inverse(before)) for after, before in zip(new, old, strict=True))
+        reached = start + quat.rotate(thigh, knee - hip) + quat.rotate(shin, ankle - knee)
         aim = np.where(_within(start, target, upper, lower)[:, None], aim + target - reached, aim)
     still = (np.abs(hips_move) + np.abs(foot_move)).max(axis=1) == 0
-    thigh[still] = shin[still] = np.eye(3)
+    thigh[still] = shin[still] = quat.IDENTITY
     return thigh, shin
 
 
@@ -116,25 +115,16 @@ def _hinge(leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> np.ndarray
         )
     )
     normal = np.cross(along_thigh, along_shin)
-    thigh = as_rotation(rotations[:, leg.thigh])
-    usual = thigh.inv().apply(normal).sum(axis=0)
+    thigh = rotations[:, leg.thigh]
+    usual = quat.rotate(quat.inverse(thigh), normal).sum(axis=0)
     if np.linalg.norm(usual) < 1e-3 * len(normal):
         # It never bends: any axis across the thigh will do, as long as it turns with it.
-        axis = thigh[0].inv().apply(along_thigh[0])
+        axis = quat.rotate(quat.inverse(thigh[0]), along_thigh[0])
         usual = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    usual = thigh.apply(usual / np.linalg.norm(usual))
+    usual = quat.rotate(thigh, usual / np.linalg.norm(usual))
     bend = np.sum(normal * usual, axis=1, keepdims=True)
     axis = normal + np.maximum(_LEAST_BEND - bend, 0.0) * usual
     return -axis / np.linalg.norm(axis, axis=1, keepdims=True)
-
-
-def _least_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(F, 3, 3) the smallest rotations from the directions of (F, 3) vectors to those of others, never opposite."""
-    a, b = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in (start, end))
-    v, cosine = np.cross(a, b), np.sum(a * b, axis=1)
-    cross = np.zeros((len(a), 3, 3))
-    cross[:, [2, 0, 1], [1, 2, 0]], cross[:, [1, 2, 0], [2, 0, 1]] = v, -v
-    return np.eye(3) + cross + cross @ cross / (1 + cosine)[:, None, None]
 
 
 def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import quat
 from ..clip import MotionClip
 from ..stature import stature
 from .fingers import fingers
@@ -29,12 +30,12 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
     runs: dict[tuple[int, int], dict[int, float]] = {}
     for joint in np.flatnonzero(~fingers(clip.skeleton)).tolist():
         q = clip.rotations[:, joint]
-        steps = _angles(q[:-1], q[1:])
+        steps = quat.angle_between(q[:-1], q[1:])
         if steps.sum() < _ZERO_TURN:
             continue
         empty = np.zeros(clip.n_frames, dtype=bool)
-        for value in ([1.0, 0, 0, 0], clip.skeleton.rest_rotations[joint]):
-            empty |= _angles(q, np.asarray(value)) < 1e-4
+        for value in (quat.IDENTITY, clip.skeleton.rest_rotations[joint]):
+            empty |= quat.angle_between(q, value) < 1e-4
         if empty.mean() > 0.5:
             empty[:] = False  # this is how the joint is, and what moves it for a moment is no lack of data
         found = [run for run in _runs(empty) if _is_lost(steps, *run, _ZERO_TURN)]
@@ -97,9 +98,3 @@ def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
     """First and last index of each run of True."""
     changes = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return [(int(first), int(end) - 1) for first, end in zip(changes[::2], changes[1::2], strict=True)]
-
-
-def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(F,) radians between quaternions; from the chord, because an arccos loses small angles."""
-    chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
-    return 4 * np.arcsin(np.minimum(chord / 2, 1.0))

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from .. import quat
 from ..clip import MotionClip
 from ..joint_roles import JointRole, guess_joint_roles
-from ..kinematics import as_rotation
 from ..stature import stature
 
 _REST_ANGLE = np.radians(8.0)
@@ -27,8 +27,7 @@ def rest_frames(clip: MotionClip) -> list[tuple[int, int]]:
     if at_rest.all() or not at_rest[[0, -1]].any():
         return []
     rotations, positions = clip.world
-    seen = as_rotation(np.repeat(rotations[:, 0], clip.skeleton.n_joints, axis=0)).inv()
-    local = seen.apply((positions - positions[:, :1]).reshape(-1, 3)).reshape(positions.shape)
+    local = quat.rotate(quat.inverse(rotations[:, :1]), positions - positions[:, :1])
     steps = np.linalg.norm(np.diff(local, axis=0), axis=2).max(axis=1) / stature(clip.skeleton)
     found = []
     if at_rest[0]:
@@ -48,8 +47,7 @@ def _stands_out(step: float, others: np.ndarray) -> bool:
 
 def _like_rest(clip: MotionClip) -> np.ndarray:
     """(F,) bool: most joints that the clip animates are as in the rest pose; the root may be anywhere."""
-    cosine = np.abs(np.einsum("fjc,jc->fj", clip.rotations, clip.skeleton.rest_rotations))[:, 1:]
-    off = 2 * np.arccos(np.minimum(cosine, 1.0))
+    off = quat.angle_between(clip.rotations, clip.skeleton.rest_rotations)[:, 1:]
     animated = off.max(axis=0) > _REST_ANGLE
     if not animated.any():
         return np.zeros(clip.n_frames, dtype=bool)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
-from scipy.spatial.transform import Rotation
 
-from ..kinematics import as_quaternions, as_rotation
+from .. import quat
+from ..kinematics import local_transforms
 from ..limb import limb_frames
 from .character import REST_HEADING, SIDES, Character
 from .feet import FootMotion, foot_motion
@@ -102,19 +102,14 @@ def _drift(rng: np.random.Generator, times: np.ndarray, channels: int) -> np.nda
     return np.sin(2 * np.pi * rates * times + phases).sum(axis=1) / np.sqrt(1.5)
 
 
-def _turned(yaw, pitch, roll) -> Rotation:
+def _turned(yaw, pitch, roll) -> np.ndarray:
     """Turns about a trunk bone's own axes: up (to the left), left (bend forward), forward (left side up)."""
-    return Rotation.from_euler("YXZ", np.column_stack(np.broadcast_arrays(yaw, pitch, roll)))
+    return quat.from_euler("YXZ", np.column_stack([yaw, pitch, roll]))
 
 
-def _about(axis: str, angle) -> Rotation:
-    """Turns about one coordinate axis, by one angle or by (F,) angles in radians."""
-    return Rotation.from_rotvec(np.multiply.outer(angle, np.eye(3)["xyz".index(axis)]))
-
-
-def _headed(heading) -> Rotation:
+def _headed(heading) -> np.ndarray:
     """The turn about Z that makes the resting character face ``heading``."""
-    return _about("z", np.subtract(heading, REST_HEADING))
+    return quat.about("z", np.subtract(heading, REST_HEADING))
 
 
 def _hip_turn(course: _Course, style: Style) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -126,14 +121,14 @@ def _hip_turn(course: _Course, style: Style) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _hip_height(
-    character: Character, course: _Course, hips: Rotation, feet: dict[str, FootMotion], ground: np.ndarray
+    character: Character, course: _Course, hips: np.ndarray, feet: dict[str, FootMotion], ground: np.ndarray
 ) -> np.ndarray:
     """(T,) height of the root: as high as both legs reach, smoothed from below."""
     step = course.times[1] - course.times[0]
     highest = np.full(len(course.times), np.inf)
     for side, foot in feet.items():
         reach = _REACH * (character.length_of(side + "UpLeg") + character.length_of(side + "Leg"))
-        offset = hips.apply(character.offset_of(side + "UpLeg"))
+        offset = quat.rotate(hips, character.offset_of(side + "UpLeg"))
         away = foot.ankle[:, :2] - ground - offset[:, :2]
         rise = np.sqrt(np.maximum(reach**2 - np.sum(away**2, axis=1), 0.0))
         highest = np.minimum(highest, foot.ankle[:, 2] + rise - offset[:, 2])
@@ -182,7 +177,7 @@ def move_body(
     sway = 0.4 * style.sway * course.aside + 0.35 * course.inward / GRAVITY
     # The faster the walk, the further the hips are ahead of the middle between the feet.
     ground = course.path[:, :2] + sway[:, None] * left + (0.03 * course.speed)[:, None] * forward
-    hips = _headed(heading) * character.rest_of("Hips") * _turned(*_hip_turn(course, style))
+    hips = quat.multiply(_headed(heading), character.rest_of("Hips"), _turned(*_hip_turn(course, style)))
     height = _hip_height(character, course, hips, feet, ground)
 
     # The head turns where the path will be.
@@ -194,24 +189,28 @@ def move_body(
     }
     root = np.column_stack([ground, height])[frames]
     drift = style.drift * _drift(rng, course.times, 16)
-    world: dict[str, Rotation] = {"Hips": hips}
+    world: dict[str, np.ndarray] = {"Hips": hips}
     _pose_trunk(character, world, course, ahead[frames], style, drift[:8], watch)
     for side, sign in SIDES.items():
         _pose_arm(character, world, side, sign, course, style, drift[8:12] if sign > 0 else drift[12:])
         _pose_leg(character, world, side, root, feet[side])
-    rotations, translations = _localised(character, world, root)
+    skeleton = character.skeleton
+    oriented = np.stack([world[name] for name in skeleton.names], axis=1)
+    rotations, _ = local_transforms(oriented, np.zeros((n_frames, skeleton.n_joints, 3)), skeleton.parents)
+    translations = np.repeat(skeleton.rest_translations[None], n_frames, axis=0)
+    translations[:, 0] = root
 
     # Put the start of the path at the origin, whatever the body's sway and twist there.
     x, y, facing = course.path[0]
-    turn = _headed(facing).inv()
-    rotations[:, 0] = as_quaternions(turn * as_rotation(rotations[:, 0]), (n_frames,))
-    translations[:, 0] = turn.apply(translations[:, 0] - [x, y, 0])
-    return course.times, _continuous(rotations), translations
+    turn = quat.inverse(_headed(facing))
+    rotations[:, 0] = quat.multiply(turn, rotations[:, 0])
+    translations[:, 0] = quat.rotate(turn, translations[:, 0] - [x, y, 0])
+    return course.times, quat.continuous(rotations), translations
 
 
 def _pose_trunk(
     character: Character,
-    world: dict[str, Rotation],
+    world: dict[str, np.ndarray],
     course: _Course,
     ahead: np.ndarray,
     style: Style,
@@ -226,22 +225,20 @@ def _pose_trunk(
     roll = -1.2 * hip_roll - 0.7 * np.arctan(course.inward / GRAVITY) + small * drift[2]
     parent = "Hips"
     for name in ("Spine", "Spine1", "Spine2"):
-        straight = character.rest_of(parent).inv() * character.rest_of(name)
-        world[name] = world[parent] * straight * _turned(yaw / 3, pitch / 3, roll / 3)
+        straight = quat.multiply(quat.inverse(character.rest_of(parent)), character.rest_of(name))
+        world[name] = quat.multiply(world[parent], straight, _turned(yaw / 3, pitch / 3, roll / 3))
         parent = name
     down = 0.0 if watch is None else np.radians(16) * np.exp(-(((course.times - watch) / 0.45) ** 2))
-    level = _headed(ahead) * Rotation.from_euler(
-        "zx", np.column_stack([2 * small * drift[3], np.radians(2) + down + small * drift[4]])
-    )
-    chest = world["Spine2"] * character.rest_of("Spine2").inv()
-    bend = chest.inv() * level
-    world["Neck"] = chest * Rotation.from_rotvec(0.5 * bend.as_rotvec()) * character.rest_of("Neck")
-    world["Head"] = level * character.rest_of("Head")
+    nod = quat.from_euler("zx", np.column_stack([2 * small * drift[3], np.radians(2) + down + small * drift[4]]))
+    level = quat.multiply(_headed(ahead), nod)
+    chest = quat.multiply(world["Spine2"], quat.inverse(character.rest_of("Spine2")))
+    world["Neck"] = quat.multiply(_half_way(chest, level), character.rest_of("Neck"))
+    world["Head"] = quat.multiply(level, character.rest_of("Head"))
 
 
 def _pose_arm(
     character: Character,
-    world: dict[str, Rotation],
+    world: dict[str, np.ndarray],
     side: str,
     sign: int,
     course: _Course,
@@ -249,54 +246,41 @@ def _pose_arm(
     drift: np.ndarray,
 ) -> None:
     """One arm: hangs from the shoulder, swings against the leg of its side, elbow bent, more so in front."""
-    chest = world["Spine2"] * character.rest_of("Spine2").inv()
+    chest = quat.multiply(world["Spine2"], quat.inverse(character.rest_of("Spine2")))
     swing = -sign * style.arms * course.lead_late * (0.38 + 0.14 * course.speed)
-    shoulder = _about("z", -sign * 0.12 * swing)
-    world[side + "Shoulder"] = chest * shoulder * character.rest_of(side + "Shoulder")
+    shoulder = quat.about("z", -sign * 0.12 * swing)
+    world[side + "Shoulder"] = quat.multiply(chest, shoulder, character.rest_of(side + "Shoulder"))
     # Gravity, not the chest, says which way is down; only half of the chest's lean reaches the arm.
-    facing = _about("z", chest.as_euler("ZXY")[:, 0])
-    hanging = facing * Rotation.from_rotvec(0.5 * (facing.inv() * chest).as_rotvec())
+    hanging = _half_way(quat.about("z", quat.to_euler("ZXY", chest)[:, 0]), chest)
     # Bone axes of an arm that hangs straight down: X to the right, Y down, Z forward, for both sides.
-    down = Rotation.from_matrix(np.column_stack([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]))
+    down = quat.from_matrix(np.column_stack([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]))
     wander = np.radians(1.0)
     out = sign * (np.radians(9.0) + wander * 0.5 * drift[0])
-    arm = _about("x", swing + np.radians(-2) + wander * drift[1])
+    arm = quat.about("x", swing + np.radians(-2) + wander * drift[1])
     # Turned in a little, so that the forearm swings across rather than straight ahead.
-    world[side + "Arm"] = hanging * down * _about("z", -out) * arm * _about("y", -sign * 0.35)
+    across = quat.about("y", -sign * 0.35)
+    world[side + "Arm"] = quat.multiply(hanging, down, quat.about("z", -out), arm, across)
     elbow = style.elbows * (np.radians(14.0 + 7.0 * course.speed) + 0.35 * swing + 0.15 * np.abs(swing))
-    world[side + "ForeArm"] = world[side + "Arm"] * _about("x", elbow + wander * drift[2])
-    world[side + "Hand"] = world[side + "ForeArm"] * _about("x", np.radians(8) + wander * drift[3])
+    forearm = quat.multiply(world[side + "Arm"], quat.about("x", elbow + wander * drift[2]))
+    world[side + "ForeArm"] = forearm
+    world[side + "Hand"] = quat.multiply(forearm, quat.about("x", np.radians(8) + wander * drift[3]))
 
 
-def _pose_leg(character: Character, world: dict[str, Rotation], side: str, root: np.ndarray, foot: FootMotion) -> None:
+def _half_way(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """The rotations (F, 4) in the middle between two."""
+    return quat.slerp(start, end, np.array([0.5]))
+
+
+def _pose_leg(
+    character: Character, world: dict[str, np.ndarray], side: str, root: np.ndarray, foot: FootMotion
+) -> None:
     """One leg: the foot where the plan has it, the knee pointing between the hips' and the foot's heading."""
     thigh, shin = side + "UpLeg", side + "Leg"
-    hip = root + world["Hips"].apply(character.offset_of(thigh))
-    hips_right = world["Hips"].apply([-1, 0, 0])
+    hip = root + quat.rotate(world["Hips"], character.offset_of(thigh))
+    hips_right = quat.rotate(world["Hips"], [-1, 0, 0])
     foot_right = np.column_stack([np.sin(foot.heading), -np.cos(foot.heading), np.zeros(len(root))])
     lengths = character.length_of(thigh), character.length_of(shin)
-    upper, lower = limb_frames(hip, foot.ankle, hips_right + foot_right, *lengths)
-    world[thigh], world[shin] = Rotation.from_matrix(upper), Rotation.from_matrix(lower)
+    world[thigh], world[shin] = limb_frames(hip, foot.ankle, hips_right + foot_right, *lengths)
     level = _headed(foot.heading)
     for bone, pitch in (("Foot", foot.pitch), ("ToeBase", foot.pitch + foot.toe_bend)):
-        world[side + bone] = level * _about("x", -pitch) * character.rest_of(side + bone)
-
-
-def _localised(character: Character, world: dict[str, Rotation], root: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rotations (F, J, 4) and translations (F, J, 3) relative to the parents, from world orientations."""
-    skeleton = character.skeleton
-    rotations = np.empty((len(root), skeleton.n_joints, 4))
-    translations = np.repeat(skeleton.rest_translations[None], len(root), axis=0)
-    translations[:, 0] = root
-    for joint, name in enumerate(skeleton.names):
-        parent = skeleton.parents[joint]
-        local = world[name] if parent < 0 else world[skeleton.names[parent]].inv() * world[name]
-        rotations[:, joint] = as_quaternions(local, (len(root),))
-    return rotations, translations
-
-
-def _continuous(rotations: np.ndarray) -> np.ndarray:
-    """The same rotations (F, J, 4), each quaternion in the hemisphere of the one before it."""
-    flips = np.sum(rotations[1:] * rotations[:-1], axis=2) < 0
-    signs = np.concatenate([np.ones((1, rotations.shape[1])), np.where(np.cumsum(flips, axis=0) % 2, -1.0, 1.0)])
-    return rotations * signs[..., None]
+        world[side + bone] = quat.multiply(level, quat.about("x", -pitch), character.rest_of(side + bone))

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ..kinematics import as_quaternions
+from .. import quat
+from ..kinematics import local_transforms
 from ..skeleton import Skeleton
 
 REST_HEADING = -np.pi / 2
@@ -65,14 +65,14 @@ def _bones() -> list[tuple[str, str | None, np.ndarray, np.ndarray, tuple]]:
 
 @dataclass(frozen=True)
 class Character:
-    """The sample character: skeleton, joints' world orientations at rest, (J,) bone lengths in metres."""
+    """The sample character: skeleton, joints' world orientations at rest (J, 4), bone lengths (J,) in metres."""
 
     skeleton: Skeleton
-    rest: Rotation
+    rest: np.ndarray
     lengths: np.ndarray
 
-    def rest_of(self, bone: str) -> Rotation:
-        """World orientation of a bone at rest."""
+    def rest_of(self, bone: str) -> np.ndarray:
+        """Return the (4,) world orientation of a bone at rest."""
         return self.rest[self.skeleton.index(bone)]
 
     def offset_of(self, bone: str) -> np.ndarray:
@@ -93,17 +93,9 @@ def sample_character() -> Character:
     y = (tails - heads) / lengths[:, None]
     x = np.cross(y, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
-    world = Rotation.from_matrix(np.stack([x, y, np.cross(x, y)], axis=-1))
-    # The root has no parent; its own values are in world space already.
-    to_parent = Rotation.concatenate([Rotation.identity(), *(world[int(parent)].inv() for parent in parents[1:])])
-    offsets = heads - np.where(parents[:, None] < 0, 0.0, heads[parents])
-    skeleton = Skeleton(
-        names=names,
-        parents=parents,
-        rest_rotations=as_quaternions(to_parent * world, (len(names),)),
-        rest_translations=to_parent.apply(offsets),
-        forward=world[0].inv().apply(_FORWARD),
-    )
+    world = quat.from_matrix(np.stack([x, y, np.cross(x, y)], axis=-1))
+    forward = quat.rotate(quat.inverse(world[0]), _FORWARD)
+    skeleton = Skeleton(names, parents, *local_transforms(world, heads, parents), forward)
     return Character(skeleton, world, lengths)
 
 
