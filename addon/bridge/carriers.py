@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
-from ...core.motion.kinematics import as_quaternions, as_rotation
+from ...core.motion import quat
 from .action_curves import ActionCurves, action_curves, sample_curve
 from .evaluated_pose import evaluated_matrices
 from .read_actions import local_pose, needs_evaluation, to_armature_space
@@ -79,12 +78,9 @@ def levelled(rotations: np.ndarray, positions: np.ndarray, pose: Pose, up: np.nd
 
     (..., 4) rotations and (..., 3) positions; those of ``pose`` are broadcast.
     """
-    shape = rotations.shape[:-1]
-    reference = as_rotation(np.broadcast_to(pose[0], rotations.shape))
-    x, y, z, w = (as_rotation(rotations) * reference.inv()).as_quat().T
-    angles = 2 * np.arctan2(np.stack([x, y, z], axis=-1) @ up, w)
-    turned = Rotation.from_rotvec(angles[:, None] * up) * reference
-    return as_quaternions(turned, shape), positions + ((pose[1] - positions) @ up)[..., None] * up
+    angles = quat.twist(quat.multiply(rotations, quat.inverse(pose[0])), up)
+    turned = quat.multiply(quat.from_rotvec(angles[..., None] * up), pose[0])
+    return turned, positions + ((pose[1] - positions) @ up)[..., None] * up
 
 
 def _poses(armature_object, curves: ActionCurves, frames: np.ndarray, binding: RigBinding) -> Pose:
@@ -100,13 +96,13 @@ def _poses(armature_object, curves: ActionCurves, frames: np.ndarray, binding: R
     axes = poses[..., :3, :3] / np.maximum(np.linalg.norm(poses[..., :3, :3], axis=2, keepdims=True), 1e-12)
     # Bones that are mirrored or scaled to nothing have no rotation; it does not matter which they get.
     axes = np.where((np.linalg.det(axes) > 1e-6)[..., None, None], axes, np.eye(3))
-    return as_quaternions(Rotation.from_matrix(axes.reshape(-1, 3, 3)), axes.shape[:2]), poses[..., :3, 3]
+    return quat.from_matrix(axes), poses[..., :3, 3]
 
 
 def _still_and_level(binding: RigBinding, samples: list[Pose]) -> tuple[dict[int, Pose], dict[int, Pose]]:
     if not samples:
         return {}, {}
-    up = np.array(as_rotation(binding.placement.rotation).inv().apply([0.0, 0.0, 1.0])[0])
+    up = binding.up
     size = max(float(np.ptp(binding.rest_matrices[:, :3, 3], axis=0).max()), 1e-6)
     first = samples[0][0][0], samples[0][1][0]
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import bpy
 import numpy as np
 
-from ...core.motion.kinematics import as_rotation, world_transforms
+from ...core.motion import quat
+from ...core.motion.kinematics import world_transforms
 from ...core.motion.skeleton import Skeleton
 from .rig import FORWARD_PROPERTY
 
@@ -26,7 +27,7 @@ def create_armature(skeleton: Skeleton, tails: Mapping[str, np.ndarray], name: s
     rotations, positions = world_transforms(
         skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
     )
-    heads, joint_z = positions[0], as_rotation(rotations[0]).apply([0.0, 0.0, 1.0])
+    heads, joint_z = positions[0], quat.rotate(rotations[0], [0.0, 0.0, 1.0])
     ends = _tails(skeleton, heads, tails)
 
     armature = bpy.data.armatures.new(name)
@@ -54,7 +55,7 @@ def create_armature(skeleton: Skeleton, tails: Mapping[str, np.ndarray], name: s
     bpy.ops.object.mode_set(mode="OBJECT")
     if guest:
         scene_collection.objects.unlink(armature_object)
-    armature_object[FORWARD_PROPERTY] = tuple(as_rotation(rotations[0, 0]).apply(skeleton.forward)[0])
+    armature_object[FORWARD_PROPERTY] = tuple(quat.rotate(rotations[0, 0], skeleton.forward))
     return armature_object
 
 

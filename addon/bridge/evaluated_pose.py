@@ -5,9 +5,9 @@ import re
 
 import bpy
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
+from ...core.motion import kinematics, quat
 from .rig import RigBinding, matrix_placement, read_matrices
 from .rotation_modes import REST_CHANNELS
 
@@ -66,18 +66,7 @@ def local_transforms(binding: RigBinding, poses: np.ndarray, worlds: np.ndarray)
         axes,
         _unscaled(worlds)[:, None] @ binding.rest_matrices[:, :3, :3],
     )
-    turns = Rotation.from_matrix(axes.reshape(-1, 3, 3)).as_quat(scalar_first=True)
-    turns = turns.reshape(*axes.shape[:2], 4)
-    positions = matrices[..., :3, 3]
-    rotations, translations = np.empty_like(turns), np.empty_like(positions)
-    rotations[:, 0], translations[:, 0] = turns[:, 0], positions[:, 0]
-    for joint in range(1, skeleton.n_joints):
-        parent = skeleton.parents[joint]
-        back = Rotation.from_quat(turns[:, parent], scalar_first=True).inv()
-        turn = Rotation.from_quat(turns[:, joint], scalar_first=True)
-        rotations[:, joint] = (back * turn).as_quat(scalar_first=True)
-        translations[:, joint] = back.apply(positions[:, joint] - positions[:, parent])
-    return rotations, translations
+    return kinematics.local_transforms(quat.from_matrix(axes), matrices[..., :3, 3], skeleton.parents)
 
 
 def _unscaled(worlds):

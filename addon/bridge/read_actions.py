@@ -7,12 +7,12 @@ import numpy as np
 
 from ...core import wording
 from ...core.errors import ClipError
+from ...core.motion import quat
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import as_quaternions, as_rotation
 from .action_curves import ActionCurves, action_curves
 from .evaluated_pose import evaluated_matrices, local_transforms
 from .rig import RigBinding, bind_rig, matrix_placement
-from .rotation_modes import quaternion_product, quaternions_from_channels, rotation_property
+from .rotation_modes import quaternions_from_channels, rotation_property
 from .tags import read_tags
 
 FRAME_RATE_PROPERTY = "wayfarer_frame_rate"
@@ -128,7 +128,7 @@ def local_pose(curves: ActionCurves, frames: np.ndarray, binding: RigBinding, jo
     for mode, channels in turning.items():
         posed = [joint for joint, _ in channels]
         turns = quaternions_from_channels(mode, np.stack([values for _, values in channels], axis=1))
-        rotations[:, posed] = quaternion_product(rotations[:, posed], turns)
+        rotations[:, posed] = quat.multiply(rotations[:, posed], turns)
     return rotations, translations
 
 
@@ -140,9 +140,9 @@ def to_armature_space(rotations: np.ndarray, translations: np.ndarray, binding: 
     for joint in joints:
         parent = binding.bone_parents[joint]
         if parent >= 0:
-            turn = as_rotation(rotations[:, parent])
-            translations[:, joint] = translations[:, parent] + turn.apply(translations[:, joint])
-            rotations[:, joint] = as_quaternions(turn * as_rotation(rotations[:, joint]), (len(rotations),))
+            turn = rotations[:, parent]
+            translations[:, joint] = translations[:, parent] + quat.rotate(turn, translations[:, joint])
+            rotations[:, joint] = quat.multiply(turn, rotations[:, joint])
 
 
 def _transforms_from_curves(armature_object, curves: ActionCurves, frames, binding: RigBinding):
@@ -153,14 +153,14 @@ def _transforms_from_curves(armature_object, curves: ActionCurves, frames, bindi
     loose = [joint for joint in binding.bone_order if not binding.keeps_parent[joint]]
     to_armature_space(rotations, translations, binding, loose)
     place_rotation, place_translation, place_scale = _placements(armature_object, curves, frames, binding)
-    root = as_rotation(rotations[:, 0])
+    from_root = quat.inverse(rotations[:, 0])
     for joint in loose:
         if joint != 0:
-            translations[:, joint] = root.inv().apply(translations[:, joint] - translations[:, 0])
-            rotations[:, joint] = as_quaternions(root.inv() * as_rotation(rotations[:, joint]), (len(frames),))
+            translations[:, joint] = quat.rotate(from_root, translations[:, joint] - translations[:, 0])
+            rotations[:, joint] = quat.multiply(from_root, rotations[:, joint])
     translations *= place_scale[:, None, None]
-    translations[:, 0] = place_translation + place_rotation.apply(translations[:, 0])
-    rotations[:, 0] = as_quaternions(place_rotation * root, (len(frames),))
+    translations[:, 0] = place_translation + quat.rotate(place_rotation, translations[:, 0])
+    rotations[:, 0] = quat.multiply(place_rotation, rotations[:, 0])
     return rotations, translations
 
 
@@ -169,23 +169,22 @@ def _placements(armature_object, curves: ActionCurves, frames, binding: RigBindi
     n_frames = len(frames)
     if not curves.placement:
         placement = binding.placement
-        rotation = as_rotation(np.tile(placement.rotation, (n_frames, 1)))
-        return rotation, np.tile(placement.translation, (n_frames, 1)), np.full(n_frames, placement.scale)
+        places = (np.tile(values, (n_frames, 1)) for values in (placement.rotation, placement.translation))
+        return *places, np.full(n_frames, placement.scale)
     mode = armature_object.rotation_mode
     name = rotation_property(mode)
     turns = quaternions_from_channels(mode, curves.placement_channels(name, frames, getattr(armature_object, name)))
     scales = curves.placement_channels("scale", frames, armature_object.scale)
     basis = np.tile(np.eye(4), (n_frames, 1, 1))
-    basis[:, :3, :3] = as_rotation(turns).as_matrix() * scales[:, None, :]
+    basis[:, :3, :3] = quat.to_matrix(turns) * scales[:, None, :]
     basis[:, :3, 3] = curves.placement_channels("location", frames, armature_object.location)
     # What the parent and its inverse contribute does not change: see RigBinding.evaluation_reason.
     parent = np.eye(4)
     if armature_object.parent is not None:
         parent = np.array(armature_object.parent.matrix_world @ armature_object.matrix_parent_inverse)
     placements = [matrix_placement(matrix, armature_object.name) for matrix in parent @ basis]
-    rotation = as_rotation(np.array([placement.rotation for placement in placements]))
     return (
-        rotation,
+        np.array([placement.rotation for placement in placements]),
         np.array([placement.translation for placement in placements]),
         np.array([placement.scale for placement in placements]),
     )

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import bpy
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
+from ...core.motion import quat
+from ...core.motion.kinematics import local_transforms
 from ...core.motion.sides import mirrored_pairs
 from ...core.motion.skeleton import Skeleton
 from .rotation_modes import REST_CHANNELS
@@ -84,7 +84,7 @@ class RigBinding:
     @cached_property
     def rest_rotations(self) -> np.ndarray:
         """(J, 4) rest rotations in armature space, quaternions (w, x, y, z)."""
-        return Rotation.from_matrix(self.rest_matrices[:, :3, :3]).as_quat(scalar_first=True)
+        return quat.from_matrix(self.rest_matrices[:, :3, :3])
 
     @cached_property
     def relative_rests(self) -> np.ndarray:
@@ -98,7 +98,12 @@ class RigBinding:
     @cached_property
     def relative_rest_rotations(self) -> np.ndarray:
         """(J, 4) the rotations in ``relative_rests``, quaternions (w, x, y, z)."""
-        return Rotation.from_matrix(self.relative_rests[:, :3, :3]).as_quat(scalar_first=True)
+        return quat.from_matrix(self.relative_rests[:, :3, :3])
+
+    @cached_property
+    def up(self) -> np.ndarray:
+        """(3,) the world's vertical in armature space, where the object stands."""
+        return quat.rotate(quat.inverse(self.placement.rotation), [0.0, 0.0, 1.0])
 
     @cached_property
     def outside_body(self) -> np.ndarray:
@@ -214,8 +219,7 @@ def matrix_placement(matrix: np.ndarray, object_name: str) -> Placement:
             f"The scale of '{object_name}' is uneven, negative or zero, so that its motion has no metres; "
             "use Object > Apply > Scale."
         )
-    rotation = Rotation.from_matrix(axes / scale).as_quat(scalar_first=True)
-    return Placement(rotation, matrix[:3, 3].copy(), float(scale))
+    return Placement(quat.from_matrix(axes / scale), matrix[:3, 3].copy(), float(scale))
 
 
 def read_matrices(collection, attribute: str) -> np.ndarray:
@@ -256,24 +260,20 @@ def _is_control(name: str) -> bool:
 
 
 def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
-    to_world = Rotation.from_quat(placement.rotation, scalar_first=True)
-    rotations = to_world * Rotation.from_matrix(rests[:, :3, :3])
-    positions = placement.translation + placement.scale * to_world.apply(rests[:, :3, 3])
+    to_world = placement.rotation
+    rotations = quat.multiply(to_world, quat.from_matrix(rests[:, :3, :3]))
+    positions = placement.translation + placement.scale * quat.rotate(to_world, rests[:, :3, 3])
     below_root = _below(bone_parents, 0)
     parents = np.where(below_root, bone_parents, 0)
     parents[0] = -1
-    above: Any = np.maximum(parents, 0)  # SciPy's annotations know of no rotations picked by an array
-    local_rotations = (rotations[above].inv() * rotations).as_quat(scalar_first=True)
-    local_positions = rotations[above].inv().apply(positions - positions[above])
-    local_rotations[0] = rotations[0].as_quat(scalar_first=True)
-    local_positions[0] = positions[0]
     if forward is not None:
-        direction = to_world.apply(np.asarray(forward, dtype=float) / np.linalg.norm(forward))
+        direction = quat.rotate(to_world, np.asarray(forward, dtype=float) / np.linalg.norm(forward))
     else:
         direction = _forward(names, bone_parents, positions)
         if direction is None:
-            direction = to_world.apply([0.0, -1.0, 0.0])
-    return Skeleton(tuple(names), parents, local_rotations, local_positions, rotations[0].inv().apply(direction))
+            direction = quat.rotate(to_world, [0.0, -1.0, 0.0])
+    own_forward = quat.rotate(quat.inverse(rotations[0]), direction)
+    return Skeleton(tuple(names), parents, *local_transforms(rotations, positions, parents), own_forward)
 
 
 def _forward(names, bone_parents, positions):

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import ClipError
+from ...core.motion import quat
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import as_quaternions, as_rotation, world_transforms
+from ...core.motion.kinematics import world_transforms
 from ...core.motion.skeleton import Skeleton
 from .action_curves import action_curves, actions_of
 from .carriers import Carriers, find_carriers, levelled
@@ -123,9 +123,9 @@ def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:
 
 @dataclass(frozen=True)
 class Placements:
-    """Where the armature object stands on each frame: F rotations or one, (F, 3) or (3,) metres, one scale."""
+    """Where the armature object stands on each frame: (F, 4) rotations or (4,), (F, 3) or (3,) metres, one scale."""
 
-    rotation: Rotation
+    rotation: np.ndarray
     translation: np.ndarray
     scale: float
 
@@ -136,25 +136,23 @@ def carried_placements(binding: RigBinding, clip: MotionClip, carriers: Carriers
     It keeps its place relative to the rest pose's root: where that is above the path, heading as the path does.
     """
     present, skeleton = binding.placement, binding.skeleton
-    rotation, translation = as_rotation(present.rotation), present.translation
+    rotation, translation = present.rotation, present.translation
     if not carriers.object_moves:
         return Placements(rotation, translation, present.scale)
     x, y, heading = clip.ground_path.T
-    forward = as_rotation(skeleton.rest_rotations[0]).apply(skeleton.forward)[0]
+    forward = quat.rotate(skeleton.rest_rotations[0], skeleton.forward)
     angles = heading - np.arctan2(forward[1], forward[0])
-    turn = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0])
-    if "rotation" not in carriers.object_moves:
-        turn = Rotation.identity()
+    turn = quat.about("z", angles) if "rotation" in carriers.object_moves else quat.IDENTITY
     if "location" in carriers.object_moves:
         below_root = np.column_stack([x, y, np.full(clip.n_frames, skeleton.rest_translations[0, 2])])
-        translation = below_root + turn.apply(translation - skeleton.rest_translations[0])
-    return Placements(turn * rotation, translation, present.scale)
+        translation = below_root + quat.rotate(turn, translation - skeleton.rest_translations[0])
+    return Placements(quat.multiply(turn, rotation), translation, present.scale)
 
 
 def object_channels(armature_object, placements: Placements, keys: Collection[str], n_frames: int):
     """Property of the object -> (F, C) values of its placements, for those of "location" and "rotation" in ``keys``."""
     matrices = np.tile(np.eye(4), (n_frames, 1, 1))
-    matrices[:, :3, :3] = placements.scale * placements.rotation.as_matrix()
+    matrices[:, :3, :3] = placements.scale * quat.to_matrix(placements.rotation)
     matrices[:, :3, 3] = placements.translation
     if armature_object.parent is not None:
         parent = np.array(armature_object.parent.matrix_world @ armature_object.matrix_parent_inverse)
@@ -176,39 +174,35 @@ def bone_channels(
     bones, joints = _matches(binding, clip.skeleton)
     corrections = _axis_corrections(binding, clip.skeleton, bones, joints)
     world_rotations, world_positions = clip.world
-    to_armature = placements.rotation.inv()
+    to_armature = quat.inverse(placements.rotation)
     scale = placements.scale
-    up = as_rotation(binding.placement.rotation).inv().apply([0.0, 0.0, 1.0])[0]
     joint_of = dict(zip(bones, joints, strict=True))
 
     channels = {}
-    poses: dict[int, tuple[Rotation, np.ndarray]] = {}  # armature-space rotation and position of each bone
+    poses: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # armature-space rotation and position of each bone
     for bone in binding.bone_order:
         parent = binding.bone_parents[bone]
         rest = binding.relative_rests[bone]
-        rest_rotation = as_rotation(binding.relative_rest_rotations[bone])
-        parent_turn, parent_position = poses[parent] if parent >= 0 else (Rotation.identity(), np.zeros(3))
+        parent_turn, parent_position = poses[parent] if parent >= 0 else (quat.IDENTITY, np.zeros(3))
         # The frames in which the bone's own channels act.
-        carried = parent_turn * rest_rotation
-        base = carried if binding.inherits_rotation[bone] else as_rotation(binding.rest_rotations[bone])
+        carried = quat.multiply(parent_turn, binding.relative_rest_rotations[bone])
+        base = carried if binding.inherits_rotation[bone] else binding.rest_rotations[bone]
         location_base = carried if binding.local_location[bone] else parent_turn
-        position = parent_position + parent_turn.apply(rest[:3, 3])
+        position = parent_position + quat.rotate(parent_turn, rest[:3, 3])
         if bone not in joint_of:
             poses[bone] = base, position
             continue
         joint = joint_of[bone]
         name = binding.skeleton.names[bone]
         keyed = only_bones is None or name in only_bones
-        turn = to_armature * as_rotation(world_rotations[:, joint]) * corrections[bone]
-        target = to_armature.apply(world_positions[:, joint] - placements.translation) / scale
+        turn = quat.multiply(to_armature, world_rotations[:, joint], corrections[bone])
+        target = quat.rotate(to_armature, world_positions[:, joint] - placements.translation) / scale
         if bone in carriers.still:
-            rotation, target = (np.tile(values, (clip.n_frames, 1)) for values in carriers.still[bone])
-            turn = as_rotation(rotation)
+            turn, target = (np.tile(values, (clip.n_frames, 1)) for values in carriers.still[bone])
         elif bone in carriers.level:
-            rotation, target = levelled(as_quaternions(turn, (clip.n_frames,)), target, carriers.level[bone], up)
-            turn = as_rotation(rotation)
+            turn, target = levelled(turn, target, carriers.level[bone], binding.up)
         if keyed:
-            basis = as_quaternions(base.inv() * turn, (clip.n_frames,))
+            basis = quat.multiply(quat.inverse(base), turn)
             mode = binding.rotation_modes[bone]
             channels[name, rotation_property(mode)] = channels_from_quaternions(mode, basis)
 
@@ -221,11 +215,10 @@ def bone_channels(
             # Relative to the rest position, so that a character of other proportions keeps its own.
             away = clip.translations[:, joint] - clip.skeleton.rest_translations[joint]
             if np.abs(away).max() > _STILL:
-                carrier = as_rotation(world_rotations[:, clip_parent])
-                offset = to_armature.apply(carrier.apply(away)) / scale
+                offset = quat.rotate(to_armature, quat.rotate(world_rotations[:, clip_parent], away)) / scale
         if offset is not None and not binding.connected[bone]:
             if keyed:
-                channels[name, "location"] = location_base.inv().apply(offset)
+                channels[name, "location"] = quat.rotate(quat.inverse(location_base), offset)
             position = position + offset
         elif joint == 0 and binding.connected[bone]:
             raise ClipError(
@@ -248,24 +241,24 @@ def _matches(binding: RigBinding, skeleton: Skeleton) -> tuple[list[int], list[i
     return bones, [joint_of[binding.skeleton.names[bone]] for bone in bones]
 
 
-def _axis_corrections(binding: RigBinding, skeleton: Skeleton, bones, joints) -> dict[int, Rotation]:
+def _axis_corrections(binding: RigBinding, skeleton: Skeleton, bones, joints) -> dict[int, np.ndarray]:
     """For each bone, the rotation from its joint's axes to its own: world bone = world joint * correction.
 
     It is what lies between the two in the rest pose, once the two rest poses stand in the same direction.
     """
     own = binding.skeleton
     if _same_rest(skeleton, own):
-        return {bone: Rotation.identity() for bone in bones}
+        return dict.fromkeys(bones, quat.IDENTITY)
     joint_turns, joint_places = _rest_world(skeleton)
     bone_turns, bone_places = _rest_world(own)
     aligned = _heading_between(
         joint_places[joints],
         bone_places[bones],
-        as_rotation(joint_turns[0]).apply(skeleton.forward)[0],
-        as_rotation(bone_turns[0]).apply(own.forward)[0],
+        quat.rotate(joint_turns[0], skeleton.forward),
+        quat.rotate(bone_turns[0], own.forward),
     )
     return {
-        bone: (aligned * as_rotation(joint_turns[joint])).inv() * as_rotation(bone_turns[bone])
+        bone: quat.multiply(quat.inverse(quat.multiply(aligned, joint_turns[joint])), bone_turns[bone])
         for bone, joint in zip(bones, joints, strict=True)
     }
 
@@ -286,7 +279,7 @@ def _rest_world(skeleton: Skeleton):
     return rotations[0], positions[0]
 
 
-def _heading_between(places, target_places, forward, target_forward) -> Rotation:
+def _heading_between(places, target_places, forward, target_forward) -> np.ndarray:
     """The turn about the vertical that best brings the (N, 3) rest positions over the target's (least
     squares).
 
@@ -301,4 +294,4 @@ def _heading_between(places, target_places, forward, target_forward) -> Rotation
         angle = np.arctan2(across, along)
     else:
         angle = np.arctan2(target_forward[1], target_forward[0]) - np.arctan2(forward[1], forward[0])
-    return Rotation.from_euler("z", angle)
+    return quat.about("z", angle)

@@ -10,7 +10,6 @@ from mathutils import Matrix
 
 from ...core.errors import WalkError
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import as_quaternions, as_rotation
 from .carriers import find_carriers
 from .rig import RigBinding, bind_rig, placement_obstacle
 from .tags import write_tags
@@ -166,8 +165,7 @@ def _taken(clip: MotionClip, frames: np.ndarray) -> MotionClip:
 
 def _held(placements: Placements, frames: np.ndarray) -> Placements:
     """For each entry of ``frames`` the placement on that frame."""
-    turns = as_quaternions(placements.rotation, (-1,))[frames]
-    return Placements(as_rotation(turns), placements.translation[frames], placements.scale)
+    return Placements(placements.rotation[frames], placements.translation[frames], placements.scale)
 
 
 def _stash(animation) -> None:

@@ -6,8 +6,9 @@ from typing import cast
 import bpy
 import numpy as np
 
+from ...core.motion import quat
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import as_rotation, world_transforms
+from ...core.motion.kinematics import world_transforms
 from ...core.motion.repertoire import sample_bone_lengths, sample_skeleton
 from ..bridge.body import add_body
 from ..bridge.create_armature import create_armature
@@ -40,6 +41,6 @@ def _tails() -> dict[str, np.ndarray]:
     rotations, positions = world_transforms(
         skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
     )
-    along = as_rotation(rotations[0]).apply([0.0, 1.0, 0.0])
+    along = quat.rotate(rotations[0], [0.0, 1.0, 0.0])
     tails = positions[0] + lengths[:, None] * along
     return dict(zip(skeleton.names, tails, strict=True))

@@ -8,13 +8,14 @@ Products are brought to unit length, and all else accepts quaternions of any len
 from functools import reduce
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 IDENTITY.flags.writeable = False
 
 
-def are_rotations(q: np.ndarray) -> np.ndarray:
+def are_rotations(q: ArrayLike) -> np.ndarray:
     """Test which of (..., 4) quaternions are finite and of unit length, to single precision and a bit."""
     # Clipped, because squares of what is far too long overflow; what is not a number is nowhere near one.
     return np.abs(np.linalg.norm(np.clip(np.asarray(q, dtype=float), -9, 9), axis=-1) - 1) < 1e-3
@@ -25,19 +26,19 @@ def normalized(q: np.ndarray) -> np.ndarray:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-def multiply(*factors: np.ndarray) -> np.ndarray:
+def multiply(*factors: ArrayLike) -> np.ndarray:
     """Return (..., 4) the Hamilton product, at unit length: the turn by the last of the factors first.
 
     >>> quarter = about("z", np.pi / 2)
     >>> multiply(quarter, quarter).round(6) + 0.0
     array([0., 0., 0., 1.])
     """
-    return normalized(reduce(_product, factors))
+    return normalized(reduce(_product, map(np.asarray, factors)))
 
 
 def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    w, x, y, z = np.moveaxis(np.asarray(a), -1, 0)
-    ow, ox, oy, oz = np.moveaxis(np.asarray(b), -1, 0)
+    w, x, y, z = np.moveaxis(a, -1, 0)
+    ow, ox, oy, oz = np.moveaxis(b, -1, 0)
     return np.stack(
         [
             w * ow - x * ox - y * oy - z * oz,
@@ -49,12 +50,12 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     )
 
 
-def inverse(q: np.ndarray) -> np.ndarray:
+def inverse(q: ArrayLike) -> np.ndarray:
     """Return (..., 4) the rotations back."""
     return np.asarray(q) * (1.0, -1.0, -1.0, -1.0)
 
 
-def rotate(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def rotate(q: ArrayLike, vectors: ArrayLike) -> np.ndarray:
     """Return (..., 3) the ``vectors``, turned.
 
     >>> rotate(about("z", np.pi / 2), [[1, 0, 0], [0, 0, 2]]).round(6) + 0.0
@@ -71,7 +72,7 @@ def rotate(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     )
 
 
-def about(axis: str, angles: np.ndarray | float) -> np.ndarray:
+def about(axis: str, angles: ArrayLike) -> np.ndarray:
     """Return (..., 4) the turns about the coordinate axis "x", "y" or "z" by (...,) angles in radians."""
     half = np.asarray(angles, dtype=float) / 2
     q = np.zeros((*half.shape, 4))
@@ -79,14 +80,14 @@ def about(axis: str, angles: np.ndarray | float) -> np.ndarray:
     return q
 
 
-def between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def between(start: ArrayLike, end: ArrayLike) -> np.ndarray:
     """Return (..., 4) the smallest turns that bring (..., 3) directions to others, which are not opposite to them."""
     a, b = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (np.asarray(start), np.asarray(end)))
     cosine = np.sum(a * b, axis=-1, keepdims=True)
     return normalized(np.concatenate([1 + cosine, np.cross(a, b)], axis=-1))
 
 
-def angle(q: np.ndarray) -> np.ndarray:
+def angle(q: ArrayLike) -> np.ndarray:
     """Return (...,) radians, 0 to pi, that the rotations turn by.
 
     >>> float(angle(about("x", -0.5)))
@@ -107,7 +108,7 @@ def twist(q: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(q[..., 1:] @ axis, q[..., 0])
 
 
-def from_rotvec(vectors: np.ndarray) -> np.ndarray:
+def from_rotvec(vectors: ArrayLike) -> np.ndarray:
     """Return (..., 4) the turns about (..., 3) vectors by their lengths in radians: the exponential map.
 
     >>> from_rotvec([0, 0, np.pi]).round(6)
@@ -118,7 +119,7 @@ def from_rotvec(vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([np.cos(half), np.sinc(half / np.pi) / 2 * vectors], axis=-1)
 
 
-def to_rotvec(q: np.ndarray) -> np.ndarray:
+def to_rotvec(q: ArrayLike) -> np.ndarray:
     """Return (..., 3) rotation vectors, at most pi long: the logarithm.
 
     >>> to_rotvec(from_rotvec([[0.1, 0.2, -0.3], [0, 0, 0]])).round(6)
@@ -146,13 +147,13 @@ def rotvec_rate(vectors: np.ndarray, omega: np.ndarray) -> np.ndarray:
     return omega + turned / 2 + factor * np.cross(vectors, turned)
 
 
-def from_matrix(matrices: np.ndarray) -> np.ndarray:
+def from_matrix(matrices: ArrayLike) -> np.ndarray:
     """Return (..., 4) the rotations that (..., 3, 3) orthogonal matrices stand for; columns are the turned axes."""
     matrices = np.asarray(matrices, dtype=float)
     return Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*matrices.shape[:-2], 4)
 
 
-def to_matrix(q: np.ndarray) -> np.ndarray:
+def to_matrix(q: ArrayLike) -> np.ndarray:
     """Return (..., 3, 3) rotation matrices.
 
     >>> to_matrix(about("z", np.pi / 2)).round(6) + 0.0
@@ -163,7 +164,7 @@ def to_matrix(q: np.ndarray) -> np.ndarray:
     return np.stack([rotate(q, axis) for axis in np.eye(3)], axis=-1)
 
 
-def from_euler(order: str, angles: np.ndarray) -> np.ndarray:
+def from_euler(order: str, angles: ArrayLike) -> np.ndarray:
     """Return (..., 4) the turns about axes by (..., n) angles in radians.
 
     ``order`` are the axes: in capitals those that turn along ("YXZ": about Y, then the new X, then the new Z), in
@@ -177,7 +178,7 @@ def from_euler(order: str, angles: np.ndarray) -> np.ndarray:
     return multiply(*turns) if order.isupper() else multiply(*reversed(turns))
 
 
-def to_euler(order: str, q: np.ndarray) -> np.ndarray:
+def to_euler(order: str, q: ArrayLike) -> np.ndarray:
     """Return (..., 3) angles in radians of :func:`from_euler`; the third is zero in gimbal lock."""
     q = np.asarray(q)
     angles = Rotation.from_quat(q.reshape(-1, 4), scalar_first=True).as_euler(order, suppress_warnings=True)

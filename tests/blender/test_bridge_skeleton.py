@@ -6,7 +6,8 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.core.errors import ClipError
-from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation, world_transforms
+from bl_ext.user_default.wayfarer.core.motion import quat
+from bl_ext.user_default.wayfarer.core.motion.kinematics import world_transforms
 from bl_ext.user_default.wayfarer.core.motion.sides import mirrored_pairs
 
 # Bone, parent, head; all bones are 10 cm long. The left is at +X: the characters face -Y.
@@ -76,7 +77,7 @@ def build(bones, controls=(), name="Rig"):
 def facing(binding):
     """World direction of the character in its rest pose."""
     skeleton = binding.skeleton
-    return as_rotation(skeleton.rest_rotations[0]).apply(skeleton.forward)[0]
+    return quat.rotate(skeleton.rest_rotations[0], skeleton.forward)
 
 
 @pytest.mark.parametrize(

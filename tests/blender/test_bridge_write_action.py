@@ -14,8 +14,9 @@ from bl_ext.user_default.wayfarer.addon.bridge.write_action import (
     write_clip,
 )
 from bl_ext.user_default.wayfarer.core.errors import ClipError
+from bl_ext.user_default.wayfarer.core.motion import quat
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
-from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation, world_transforms
+from bl_ext.user_default.wayfarer.core.motion.kinematics import world_transforms
 from bl_ext.user_default.wayfarer.core.motion.repertoire import (
     sample_bone_lengths,
     sample_repertoire,
@@ -244,7 +245,7 @@ def test_created_bones_can_have_the_joints_axes():
     rotations, positions = world_transforms(
         skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
     )
-    along = as_rotation(rotations[0]).apply([0.0, 1.0, 0.0])
+    along = quat.rotate(rotations[0], [0.0, 1.0, 0.0])
     tails = dict(zip(skeleton.names, positions[0] + sample_bone_lengths()[:, None] * along, strict=True))
     armature = create_armature(skeleton, tails, "Character", bpy.context.scene.collection)
     again = bind_rig(armature).skeleton

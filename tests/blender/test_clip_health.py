@@ -5,14 +5,13 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
 from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.core.motion import quat
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 from bl_ext.user_default.wayfarer.core.motion.in_place import missing_speed
-from bl_ext.user_default.wayfarer.core.motion.kinematics import as_quaternions, as_rotation
 
 operators = bpy.ops.wayfarer
 
@@ -61,8 +60,7 @@ def t_pose_first(clip):
 def pop_inside(clip):
     rotations = clip.rotations.copy()
     joint, frame = clip.skeleton.index("LeftUpLeg"), clip.n_frames // 2
-    turned = as_rotation(rotations[frame, joint]) * Rotation.from_rotvec([0.9, 0, 0])
-    rotations[frame, joint] = as_quaternions(turned, ())
+    rotations[frame, joint] = quat.multiply(rotations[frame, joint], quat.from_rotvec([0.9, 0, 0]))
     return replace(clip, rotations=rotations)
 
 

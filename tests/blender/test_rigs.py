@@ -13,9 +13,9 @@ from bl_ext.user_default.wayfarer.addon.bridge.write_action import assign_action
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings, build_environment
 from bl_ext.user_default.wayfarer.core.environment.grid import Grid
+from bl_ext.user_default.wayfarer.core.motion import quat
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 from bl_ext.user_default.wayfarer.core.motion.graph import build_motion_graph
-from bl_ext.user_default.wayfarer.core.motion.kinematics import as_rotation
 from bl_ext.user_default.wayfarer.core.playback.synthesis import SynthesisSettings, synthesize
 from bl_ext.user_default.wayfarer.core.playback.walk import WalkSettings, random_walk_steps
 from bl_ext.user_default.wayfarer.core.progress import finish
@@ -147,7 +147,7 @@ def test_root_joint_and_facing(studio, name):
     character = studio.character(name)
     skeleton, own = character.clips[0].skeleton, bind_rig(character.armature_object).skeleton
     assert own.names[0] == character.root
-    directions = [as_rotation(each.rest_rotations[0]).apply(each.forward)[0] for each in (own, skeleton)]
+    directions = [quat.rotate(each.rest_rotations[0], each.forward) for each in (own, skeleton)]
     np.testing.assert_allclose(*directions, atol=1e-5)
 
 

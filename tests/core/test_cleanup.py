@@ -13,7 +13,6 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.motion.contacts import ContactSettings, foot_contacts, joint_contacts
 from core.motion.joint_roles import foot_joints
-from core.motion.kinematics import as_quaternions, as_rotation
 from core.motion.repertoire import sample_repertoire, sample_skeleton
 from core.motion.skeleton import Skeleton
 from core.playback.cleanup import CleanupSettings, clean_feet, hold_plants
@@ -27,6 +26,7 @@ from core.playback.walk import WalkSettings, random_walk_steps
 from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
+from .rotations import as_quaternions, as_rotation, matrices
 
 SETTINGS = CleanupSettings()
 CLIP = sample_repertoire()[0]
@@ -193,13 +193,13 @@ def test_a_leg_reaches_any_place_within_reach(seed, extra):
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     low, high = np.abs(upper - lower) * 1.05 + 0.02, 0.97 * (upper + lower)
     target = hip + hips_move + direction * rng.uniform(low, high)[:, None]
-    thigh, shin = leg_turns(leg, world, positions, hips_move, target - ankle)
+    thigh, shin = matrices(leg_turns(leg, world, positions, hips_move, target - ankle))
     new_knee = hip + hips_move + np.einsum("fij,fj->fi", thigh, knee - hip)
     reached = new_knee + np.einsum("fij,fj->fi", shin, ankle - knee)
     assert np.abs(reached - target).max() < 1e-4
     for turn in (thigh, shin):
         assert np.allclose(turn @ turn.transpose(0, 2, 1), np.eye(3), atol=1e-9)
-    still = leg_turns(leg, world, positions, np.zeros((n_frames, 3)), np.zeros((n_frames, 3)))
+    still = matrices(leg_turns(leg, world, positions, np.zeros((n_frames, 3)), np.zeros((n_frames, 3))))
     assert all(np.array_equal(turn, np.tile(np.eye(3), (n_frames, 1, 1))) for turn in still)
 
 
@@ -208,7 +208,7 @@ def test_a_leg_out_of_reach_points_at_its_target():
     world, positions = clip.world
     leg = find_leg(clip.skeleton, 0, foot_joints(clip.skeleton))
     move = np.tile([0.0, 0.0, -5.0], (clip.n_frames, 1))
-    thigh, shin = leg_turns(leg, world, positions, np.zeros_like(move), move)
+    thigh, shin = matrices(leg_turns(leg, world, positions, np.zeros_like(move), move))
     hip, knee, ankle = (positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
     bones = np.einsum("fij,fj->fi", thigh, knee - hip) + np.einsum("fij,fj->fi", shin, ankle - knee)
     aim = ankle + move - hip

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from core.errors import ClipError
 from core.motion.doctor import FindingKind, Remedy, RemedyKind, apply_remedy, examine, examine_all
 from core.motion.in_place import missing_speed, with_root_motion
-from core.motion.kinematics import as_quaternions, as_rotation
 from core.motion.repertoire import sample_repertoire, sample_skeleton
 
 from .bvh import read_bvh
+from .rotations import as_quaternions, as_rotation
 
 CLIPS = sample_repertoire()
 WALKS = tuple(clip for clip in CLIPS if np.ptp(clip.ground_path[:, :2], axis=0).max() > 1)

@@ -14,12 +14,12 @@ from core.motion.doctor import examine
 from core.motion.graph import build_motion_graph
 from core.motion.heading import steady_heading, with_steady_heading
 from core.motion.in_place import with_root_motion
-from core.motion.kinematics import as_quaternions, as_rotation
 from core.motion.mirror import mirrored
 from core.motion.repertoire import sample_repertoire
 from core.motion.skeleton import Skeleton
 
 from .bvh import read_bvh
+from .rotations import as_quaternions, as_rotation
 
 CLIPS = {clip.name: clip for clip in sample_repertoire()}
 STRAIGHT = ("walk", "walk_again", "walk_slow", "walk_brisk")

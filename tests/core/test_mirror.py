@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from core.errors import ClipError
 from core.motion.contacts import foot_contacts
 from core.motion.heading import with_steady_heading
-from core.motion.kinematics import as_quaternions, as_rotation
 from core.motion.mirror import asymmetry, mirrored
 from core.motion.repertoire import sample_repertoire
 from core.motion.sides import partners
@@ -17,6 +16,7 @@ from core.motion.skeleton import Skeleton
 from core.motion.stature import stature
 
 from .bvh import read_bvh
+from .rotations import as_quaternions, as_rotation
 
 CLIPS = {clip.name: clip for clip in sample_repertoire()}
 

@@ -11,7 +11,6 @@ from core.environment.grid import Grid
 from core.errors import WalkError
 from core.motion.contacts import ContactSettings
 from core.motion.joint_roles import foot_joints
-from core.motion.kinematics import as_rotation
 from core.playback.cleanup import clean_feet
 from core.playback.plants import walk_plants
 from core.playback.quality import walk_quality
@@ -20,6 +19,7 @@ from core.playback.walk import Walk, WalkSettings, random_walk_steps
 from core.progress import finish
 
 from .motion_graphs import sample_graph
+from .rotations import as_rotation
 
 
 @pytest.fixture(scope="module")

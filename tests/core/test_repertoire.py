@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 
-from core.motion.kinematics import as_rotation
 from core.motion.limb import limb_frames
 from core.motion.repertoire import (
     STEP_OBSTACLE,
@@ -14,6 +13,8 @@ from core.motion.repertoire import (
     sample_repertoire,
     sample_skeleton,
 )
+
+from .rotations import as_rotation, matrices
 
 SIDES = ("Left", "Right")
 STANDING = ("stand", "pivot_left_90", "pivot_right_90", "pivot_left_180")
@@ -126,7 +127,7 @@ def test_limb_reaches_its_end_and_bends_the_right_way():
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     end = start + direction * rng.uniform(0.15, 0.75, (50, 1))
     hinge = rng.normal(size=(50, 3))
-    upper, lower = limb_frames(start, end, hinge, 0.45, 0.35)
+    upper, lower = matrices(limb_frames(start, end, hinge, 0.45, 0.35))
     middle = start + 0.45 * upper[:, :, 1]
     np.testing.assert_allclose(middle + 0.35 * lower[:, :, 1], end, atol=1e-9)
     assert np.all(np.sum(np.cross(hinge, end - start) * (middle - start), axis=1) > 0)
@@ -135,7 +136,7 @@ def test_limb_reaches_its_end_and_bends_the_right_way():
 
 
 def test_limb_out_of_reach_points_at_its_end():
-    upper, lower = limb_frames(np.zeros((1, 3)), np.array([[0, 0, -2.0]]), np.array([[-1.0, 0, 0]]), 0.4, 0.4)
+    upper, lower = matrices(limb_frames(np.zeros((1, 3)), np.array([[0, 0, -2.0]]), np.array([[-1.0, 0, 0]]), 0.4, 0.4))
     np.testing.assert_allclose(upper[0, :, 1], [0, 0, -1], atol=1e-3)
     np.testing.assert_allclose(lower[0, :, 1], [0, 0, -1], atol=1e-3)
 

@@ -12,7 +12,6 @@ from core.environment.grid import Grid
 from core.errors import WalkError
 from core.motion.graph import build_motion_graph
 from core.motion.heading import with_steady_heading
-from core.motion.kinematics import as_rotation
 from core.motion.repertoire import sample_repertoire
 from core.playback.seams import seam_gaps
 from core.playback.synthesis import SynthesisSettings, synthesize
@@ -20,6 +19,7 @@ from core.playback.walk import Walk, WalkSettings, random_walk_steps
 from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
+from .rotations import as_rotation
 
 SETTINGS = SynthesisSettings(blend_duration=0.25)
 
