@@ -20,7 +20,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import MotionGraphError
-from ...core.evaluation.variability import floor_variability_steps
+from ...core.evaluation.variability import variability_steps
 from ...core.report.scene_report import report_files
 from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..exports.folder import check_folder, write_files
@@ -64,7 +64,7 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
         raise CommandError("Only a ground in parcels has workers; say --parcels METRES, too.")
     _embed(scene)
     embedding = embedding_of(scene)
-    ways = finish_aloud(floor_variability_steps(embedding))
+    ways = finish_aloud(variability_steps(embedding)).sum(axis=2)
     covered = ways[ways > 0]
     return {
         "variability": {

@@ -15,7 +15,7 @@ from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, count, difference
 from ..motion.graph import MotionGraph
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .extent import Extent, Measure, extent
 
 #: An embedding that keeps less than this share of its floor without a part has collapsed.
@@ -205,15 +205,10 @@ def parts(graph: MotionGraph, kind: Kind) -> list[Part]:
     return [Part(kind, tag, tuple(i for i in indices if tag in graph.segments[i].tags)) for tag in tags]
 
 
-def without(embedding: Embedding, segments: Collection[int]) -> Embedding:
-    """What is left of an embedding when some segments (indices) may not be played."""
-    return finish(without_steps(embedding, segments))
-
-
 def without_steps(
     embedding: Embedding, segments: Collection[int], core: Nodes | None = None
 ) -> Generator[Progress, None, Embedding]:
-    """As :func:`without`, as a generator that yields progress.
+    """The rest of an embedding when some segments (indices) may not be played.
 
     ``core`` may name a strongly connected set of nodes of other segments: it makes the search faster, and leaves the
     result as it is.
@@ -232,19 +227,14 @@ def without_steps(
     return with_nodes(embedding, left)
 
 
-def ablate(embedding: Embedding, kinds: Sequence[Kind] = tuple(Kind), measure: Measure | None = None) -> Ablation:
+def ablate_steps(
+    embedding: Embedding, kinds: Sequence[Kind] = tuple(Kind), measure: Measure | None = None
+) -> Generator[Progress, None, Ablation]:
     """What an embedding loses without each of its segments, each of its clips and each tag, one at a time.
 
     Without a tag means: without all segments that carry it on any frame. All numbers are exact, those of the measure
     as exact as it is.
     """
-    return finish(ablate_steps(embedding, kinds, measure))
-
-
-def ablate_steps(
-    embedding: Embedding, kinds: Sequence[Kind] = tuple(Kind), measure: Measure | None = None
-) -> Generator[Progress, None, Ablation]:
-    """As :func:`ablate`, as a generator that yields progress."""
     graph, before = embedding.graph, extent(embedding, measure)
     wanted = [part for kind in kinds for part in parts(graph, kind)]
     plan = _plan(graph, {part.segments for part in wanted})

@@ -13,7 +13,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EmbeddingError
-from ..progress import Progress, finish
+from ..progress import Progress
 from .ablation import IMPORTANT_FLOOR, IMPORTANT_PLACES, Kind, Part, parts, without_steps
 from .extent import Extent, extent
 
@@ -78,7 +78,9 @@ def allowed_places(allowed: float) -> float:
     return min(PLACES_FOR_FLOOR * allowed, 1.0)
 
 
-def deletable_together(embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP) -> JointDeletion:
+def deletable_together_steps(
+    embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP
+) -> Generator[Progress, None, JointDeletion]:
     """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1), and its
     positions and headings by :func:`allowed_places`.
 
@@ -91,13 +93,6 @@ def deletable_together(embedding: Embedding, allowed: float, kind: Kind = Kind.C
     EmbeddingError
         ``allowed`` is not between 0 and 1.
     """
-    return finish(deletable_together_steps(embedding, allowed, kind))
-
-
-def deletable_together_steps(
-    embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP
-) -> Generator[Progress, None, JointDeletion]:
-    """As :func:`deletable_together`, as a generator that yields progress."""
     if not 0 <= allowed <= 1:
         raise EmbeddingError(f"The share of the floor that may be lost is {allowed}; give one between 0 and 1.")
     before = extent(embedding)

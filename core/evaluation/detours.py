@@ -15,7 +15,7 @@ from ..embedding.embedding import Embedding
 from ..environment.grid import Grid
 from ..errors import EvaluationError
 from ..motion.graph import MotionGraph
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .geodesic import Geodesics
 from .goals import goal_in_cells
 from .reach import time_to_reach_steps
@@ -73,9 +73,9 @@ def mean_speed(graph: MotionGraph) -> float:
     return float(length / sum(segment.duration for segment in graph.segments))
 
 
-def detours(
+def detours_steps(
     embedding: Embedding, spacing: float = 1.0, radii: tuple[float, float] = (1.0, 2.0), speed: float | None = None
-) -> Detours:
+) -> Generator[Progress, None, Detours]:
     """The long way around from every place that the embedding covers.
 
     Parameters
@@ -93,13 +93,6 @@ def detours(
     EvaluationError
         The embedding is empty, nothing travels, no place has a goal nearby, or a length is not positive.
     """
-    return finish(detours_steps(embedding, spacing, radii, speed))
-
-
-def detours_steps(
-    embedding: Embedding, spacing: float = 1.0, radii: tuple[float, float] = (1.0, 2.0), speed: float | None = None
-) -> Generator[Progress, None, Detours]:
-    """As :func:`detours`, as a generator that yields progress."""
     if not (spacing > 0 and 0 < radii[0] <= radii[1]):
         raise EvaluationError(
             f"Goals every {spacing} m, from {radii[0]} to {radii[1]} m away, cannot be looked at; give lengths greater "

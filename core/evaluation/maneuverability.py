@@ -12,7 +12,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .ablation import Kind, Part, parts
 from .goals import goal_to_begin
 from .reach import NEVER, time_to_reach_steps
@@ -54,13 +54,8 @@ class Maneuverability:
         )
 
 
-def maneuverability(embedding: Embedding, action: Part) -> Maneuverability:
-    """How soon an action can begin, exactly and over all nodes; see :func:`.ablation.parts` for the actions."""
-    return finish(maneuverability_steps(embedding, action))
-
-
 def maneuverability_steps(embedding: Embedding, action: Part) -> Generator[Progress, None, Maneuverability]:
-    """As :func:`maneuverability`, as a generator that yields progress."""
+    """How soon an action can begin, exactly and over all nodes; see :func:`.ablation.parts` for the actions."""
     if not embedding.n_nodes:
         raise EvaluationError("The embedding is empty: there is nothing that an action could begin from.")
     nx, ny, n_headings, n_segments = embedding.shape
@@ -85,15 +80,10 @@ def maneuverability_steps(embedding: Embedding, action: Part) -> Generator[Progr
     return Maneuverability(action, floor, float(total.sum()) / n / rate, worst / rate, n_at_once / n, n_prompt / n)
 
 
-def maneuverabilities(embedding: Embedding, kind: Kind = Kind.CLIP) -> list[Maneuverability]:
-    """How soon each segment, clip or tag can begin, in their order; see :func:`maneuverability`."""
-    return finish(maneuverabilities_steps(embedding, kind))
-
-
 def maneuverabilities_steps(
     embedding: Embedding, kind: Kind = Kind.CLIP
 ) -> Generator[Progress, None, list[Maneuverability]]:
-    """As :func:`maneuverabilities`, as a generator that yields progress."""
+    """How soon each segment, clip or tag can begin, in their order; see :func:`maneuverability_steps`."""
     actions = parts(embedding.graph, kind)
     found = []
     for done, action in enumerate(actions):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .ablation import Kind
 from .action_coverage import ActionCoverage, action_coverage
 from .environment_coverage import EnvironmentCoverage, environment_coverage
@@ -96,18 +96,13 @@ class Metrics:
         ]
 
 
-def metrics(embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100) -> Metrics:
+def metrics_steps(
+    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100
+) -> Generator[Progress, None, Metrics]:
     """Measure an embedding; path efficiency over ``n_pairs`` pairs of places.
 
     EvaluationError if the embedding is empty, or there are to be no pairs.
     """
-    return finish(metrics_steps(embedding, rng, n_pairs))
-
-
-def metrics_steps(
-    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100
-) -> Generator[Progress, None, Metrics]:
-    """As :func:`metrics`, as a generator that yields progress."""
     if not embedding.n_nodes:
         raise EvaluationError("The embedding is empty: there is nothing to measure. Make room, or use other clips.")
     if n_pairs < 1:

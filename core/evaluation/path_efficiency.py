@@ -14,7 +14,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .geodesic import Geodesics
 from .goals import goal_in_cells
 from .quickest_way import WalkedLengths
@@ -97,9 +97,9 @@ class PathEfficiency:
         )
 
 
-def path_efficiency(
+def path_efficiency_steps(
     embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20
-) -> PathEfficiency:
+) -> Generator[Progress, None, PathEfficiency]:
     """Efficiency over pairs of places drawn from the floor that the embedding covers, at least a metre apart.
 
     Parameters
@@ -113,13 +113,6 @@ def path_efficiency(
     EvaluationError
         The embedding is empty, or no two places are far enough apart.
     """
-    return finish(path_efficiency_steps(embedding, rng, n_pairs, n_goals))
-
-
-def path_efficiency_steps(
-    embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20
-) -> Generator[Progress, None, PathEfficiency]:
-    """As :func:`path_efficiency`, as a generator that yields progress."""
     if n_pairs < 1 or n_goals < 1:
         raise EvaluationError(f"{n_pairs} pairs with {n_goals} goals cannot be compared; ask for one or more of each.")
     places = np.argwhere(embedding.covered().any(axis=2))

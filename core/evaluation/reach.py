@@ -15,6 +15,11 @@ from .wavefront import NEVER, backward_front, forward_front, wave_steps
 #: Seconds for which the paper shows what lies within reach (Fig. 8).
 PAPER_TIMES = (2.0, 3.0, 5.0, 7.0)
 
+#: Shares of the places reached that the limits of :func:`round_times` hold.
+_SHARES = (0.2, 0.5, 0.8, 0.95)
+
+_ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
+
 
 @dataclass(frozen=True)
 class ReachField:
@@ -203,7 +208,30 @@ def _bits(rows: np.ndarray, row: np.ndarray, bit: np.ndarray) -> np.ndarray:
     return (rows[row, bit >> 3] >> (bit & 7) & 1).astype(bool)
 
 
-def time_to_reach(embedding: Embedding, goal: Nodes, limit: float | None = None) -> ReachField:
+def round_times(seconds: np.ndarray) -> tuple[float, ...]:
+    """Up to four ascending round times, within which about 20, 50, 80 and 95 % of the places with a finite time lie.
+
+    ``seconds`` is an array of any shape, not finite where there is no time. (1.0,) if there is none at all.
+    """
+    known = seconds[np.isfinite(seconds)]
+    if not known.size:
+        return (1.0,)
+    return tuple(sorted({_rounded(float(limit)) for limit in np.quantile(known, _SHARES)}))
+
+
+def _rounded(seconds: float) -> float:
+    """The round number nearest to a time, by ratio; half a second at least."""
+    if seconds <= 0.5:
+        return 0.5
+    magnitude = 10.0 ** np.floor(np.log10(seconds))
+    nearest = min(_ROUND, key=lambda step: abs(np.log(step * magnitude / seconds)))
+    # The digits that were meant, without what multiplying adds.
+    return float(f"{nearest * magnitude:.2g}")
+
+
+def time_to_reach_steps(
+    embedding: Embedding, goal: Nodes, limit: float | None = None
+) -> Generator[Progress, None, ReachField]:
     """Exact shortest time from every node of the embedding to a set of its nodes.
 
     Parameters
@@ -220,13 +248,6 @@ def time_to_reach(embedding: Embedding, goal: Nodes, limit: float | None = None)
     EmbeddingError
         The times would take more than ``embedding.settings.memory_limit`` bytes.
     """
-    return finish(time_to_reach_steps(embedding, goal, limit))
-
-
-def time_to_reach_steps(
-    embedding: Embedding, goal: Nodes, limit: float | None = None
-) -> Generator[Progress, None, ReachField]:
-    """As :func:`time_to_reach`, as a generator that yields progress and may be closed at any moment."""
     goal = _within(embedding, goal)
     frames = yield from merged_frames_steps(embedding, goal, _last_frame(embedding, limit))
     group_of = tuple(embedding.network.merge_of)
@@ -262,19 +283,14 @@ def mean_time_to_reach(embedding: Embedding, goal: Nodes) -> float:
     """
     if not any(intersection(goal, embedding.nodes)):
         return float("inf")
-    counts = time_to_reach(embedding, goal).histogram()
+    counts = finish(time_to_reach_steps(embedding, goal)).histogram()
     return float(counts @ np.arange(len(counts))) / counts.sum() / embedding.graph.frame_rate
-
-
-def time_from(embedding: Embedding, start: Nodes, limit: float | None = None) -> ReachField:
-    """Exact shortest time from a set of nodes of the embedding to every node; see :func:`time_to_reach`."""
-    return finish(time_from_steps(embedding, start, limit))
 
 
 def time_from_steps(
     embedding: Embedding, start: Nodes, limit: float | None = None
 ) -> Generator[Progress, None, ReachField]:
-    """As :func:`time_from`, as a generator that yields progress and may be closed at any moment."""
+    """Exact shortest time from a set of nodes of the embedding to every node; see :func:`time_to_reach_steps`."""
     network = embedding.network
     start = _within(embedding, start)
     last = _last_frame(embedding, limit)

@@ -99,22 +99,11 @@ def heading_variability(embedding: Embedding, heading: int) -> np.ndarray:
 
 def floor_variability(embedding: Embedding) -> np.ndarray:
     """(nx, ny) int64: variability summed over headings: the floor map of the paper's Fig. 1."""
-    return finish(floor_variability_steps(embedding))
-
-
-def floor_variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
-    """As :func:`floor_variability`, as a generator that yields progress."""
-    ways = yield from variability_steps(embedding)
-    return ways.sum(axis=2)
-
-
-def integrated_variability(embedding: Embedding) -> np.ndarray:
-    """(n_segments,) int64: segment variability of each segment, summed over the whole domain (paper, section 4.2)."""
-    return finish(integrated_variability_steps(embedding))
+    return variability(embedding).sum(axis=2)
 
 
 def integrated_variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
-    """As :func:`integrated_variability`, as a generator that yields progress."""
+    """(n_segments,) int64: segment variability of each segment, summed over the whole domain (paper, section 4.2)."""
     network, degrees = embedding.network, Degrees(embedding)
     sums = np.zeros(network.n_segments, dtype=np.int64)
     for block in range(network.n_blocks):

@@ -13,7 +13,7 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from ..environment.grid import Grid
 from ..errors import EmbeddingError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .floor import floor_cells, ruled_cells
 from .variability import variability_steps
 from .why_not import Reason, why_not_steps
@@ -168,20 +168,15 @@ class WeakSpots:
         return "\n".join(spot.describe() for spot in self.spots) or "There are no weak spots."
 
 
-def weak_spots(embedding: Embedding, settings: WeakSpotSettings | None = None) -> WeakSpots:
+def weak_spots_steps(
+    embedding: Embedding, settings: WeakSpotSettings | None = None
+) -> Generator[Progress, None, WeakSpots]:
     """Connected areas of the free floor that the embedding does not reach, or reaches in few ways (paper, 4.1).
 
     Areas that are not reached and areas with few ways are separate spots, also where they touch. What lies under a
     region's rule (:func:`.floor.ruled_cells`) is neither. An empty embedding
     reaches nothing: all its free floor is weak.
     """
-    return finish(weak_spots_steps(embedding, settings))
-
-
-def weak_spots_steps(
-    embedding: Embedding, settings: WeakSpotSettings | None = None
-) -> Generator[Progress, None, WeakSpots]:
-    """As :func:`weak_spots`, as a generator that yields progress."""
     settings = settings or WeakSpotSettings()
     ways = yield from portion(variability_steps(embedding), 0.0, 0.3)
     reasons = yield from portion(why_not_steps(embedding), 0.3, 0.9)

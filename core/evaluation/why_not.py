@@ -12,7 +12,7 @@ from ..embedding.unroll import REPORTED_PATHS, unroll_steps
 from ..environment.environment import Environment
 from ..environment.grid import SUBDIVISION
 from ..environment.regions import RegionRule
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .floor import allowed_cells, ruled_cells
 
 _COUNTING = "Counting links"
@@ -55,13 +55,8 @@ REASON_LABELS = {
 }
 
 
-def why_not(embedding: Embedding) -> np.ndarray:
-    """(nx, ny, n_headings) uint8 array of :class:`Reason` for every grid element."""
-    return finish(why_not_steps(embedding))
-
-
 def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
-    """As :func:`why_not`, as a generator that yields progress."""
+    """(nx, ny, n_headings) uint8 array of :class:`Reason` for every grid element."""
     network = embedding.network
     nodes = embedding.nodes
     everything = network.image(network.everything())
@@ -171,13 +166,8 @@ class LostLinks:
     embedded: int
 
 
-def lost_links(embedding: Embedding) -> LostLinks:
-    """Count the one-step links that obstacles and regions cost."""
-    return finish(lost_links_steps(embedding))
-
-
 def lost_links_steps(embedding: Embedding) -> Generator[Progress, None, LostLinks]:
-    """As :func:`lost_links`, as a generator that yields progress."""
+    """Count the one-step links that obstacles and regions cost."""
     environment, sweep = embedding.environment, embedding.unrolling.sweep
     bare = replace(environment, blocked=np.zeros_like(environment.blocked), regions=())
     unruled = replace(environment, regions=())

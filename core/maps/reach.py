@@ -5,8 +5,7 @@ from collections.abc import Generator
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..evaluation.goals import goal_at
-from ..evaluation.reach import time_to_reach_steps
-from ..evaluation.telling_times import telling_times
+from ..evaluation.reach import round_times, time_to_reach_steps
 from ..progress import Progress
 from .floor_map import FloorMap, MapOptions, PaintedMap
 from .times import paint_times
@@ -18,7 +17,7 @@ GOAL_RADIUS = 0.25
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     field = yield from time_to_reach_steps(embedding, goal_at(embedding, options.goal, GOAL_RADIUS))
     seconds = field.floor()
-    times = telling_times(seconds)
+    times = round_times(seconds)
     areas = field.areas(times)
     return paint_times(
         embedding,

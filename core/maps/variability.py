@@ -3,7 +3,7 @@
 from collections.abc import Generator
 
 from ..embedding.embedding import Embedding
-from ..evaluation.variability import floor_variability_steps, heading_variability
+from ..evaluation.variability import heading_variability, variability_steps
 from ..progress import Progress
 from .amounts import paint_amounts
 from .floor_map import FloorMap, MapOptions, PaintedMap, heading_words
@@ -12,7 +12,7 @@ from .floor_map import FloorMap, MapOptions, PaintedMap, heading_words
 def _steps(embedding: Embedding, options: MapOptions) -> Generator[Progress, None, PaintedMap]:
     heading = options.heading_index(embedding)
     if heading is None:
-        values = yield from floor_variability_steps(embedding)
+        values = (yield from variability_steps(embedding)).sum(axis=2)
     else:
         yield Progress(0.0, "Counting ways")
         values = heading_variability(embedding, heading)

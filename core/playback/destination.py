@@ -8,7 +8,8 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
 from ..errors import EvaluationError, WalkError
 from ..evaluation.goals import facing, goal_at
-from ..evaluation.why_not import Reason, why_not
+from ..evaluation.why_not import Reason, why_not_steps
+from ..progress import finish
 
 _BECAUSE = {
     Reason.BLOCKED: "An obstacle is closer than the character's radius.",
@@ -55,7 +56,7 @@ def reason_at(embedding: Embedding, position: Sequence[float]) -> Reason | None:
         x, y = x % grid.shape[0], y % grid.shape[1]
     elif not (0 <= x < grid.shape[0] and 0 <= y < grid.shape[1]):
         return None
-    reasons = why_not(embedding)[x, y]
+    reasons = finish(why_not_steps(embedding))[x, y]
     if (reasons == Reason.EMBEDDED).any():
         return Reason.EMBEDDED
     return Reason(int(np.bincount(reasons).argmax()))

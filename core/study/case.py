@@ -10,7 +10,8 @@ from ..embedding.embedding import Embedding, embed
 from ..embedding.settings import EmbeddingSettings
 from ..errors import MotionGraphError
 from ..motion.graph import MotionGraph
-from ..tuning.local_pruning import prune_local
+from ..progress import finish
+from ..tuning.local_pruning import prune_local_steps
 from .geometry import SceneGeometry, environment_of
 from .measures import Measure, measured
 from .picture import SmallMap, map_from_json, map_to_json, small_map
@@ -72,7 +73,7 @@ def embed_case(geometry: SceneGeometry, graph: MotionGraph, values: Mapping[str,
 def pruned(embedding: Embedding, values: Mapping[str, Value]) -> Embedding:
     """The embedding with the k best nodes at each place, if the case says so."""
     k = int(values.get("k", 0))
-    return prune_local(embedding, k) if k > 0 else embedding
+    return finish(prune_local_steps(embedding, k)) if k > 0 else embedding
 
 
 def measure_subject(

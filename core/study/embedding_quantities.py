@@ -5,15 +5,16 @@ from collections.abc import Callable
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..evaluation.ablation import Ablation, Kind, Verdict, ablate
+from ..evaluation.ablation import Ablation, Kind, Verdict, ablate_steps
 from ..evaluation.action_coverage import ActionCoverage, action_coverage
-from ..evaluation.capture.director import CaptureAdvice, direct_capture
-from ..evaluation.deletion import JointDeletion, deletable_together
+from ..evaluation.capture.director import CaptureAdvice, direct_capture_steps
+from ..evaluation.deletion import JointDeletion, deletable_together_steps
 from ..evaluation.link_utility import LinkUtility, link_utility
-from ..evaluation.occupancy import Occupancy, occupancy
+from ..evaluation.occupancy import Occupancy, occupancy_steps
 from ..evaluation.turn_balance import TurnBalance, turn_balance
-from ..evaluation.weak_spots import Domain, WeakSpots, WeakSpotSettings, weak_spots
-from ..evaluation.why_not import LostLinks, Reason, lost_links, why_not
+from ..evaluation.weak_spots import Domain, WeakSpots, WeakSpotSettings, weak_spots_steps
+from ..evaluation.why_not import LostLinks, Reason, lost_links_steps, why_not_steps
+from ..progress import finish
 from .quantity import AMOUNT, KIND, NATURAL, SHARE, Option, Options, Quantity, of_whole
 from .subject import WholeGround
 
@@ -29,7 +30,7 @@ def _begins(embedding: Embedding, options: Options) -> ActionCoverage:
 
 
 def _losses(embedding: Embedding, options: Options) -> Ablation:
-    return ablate(embedding, (_kind(options),))
+    return finish(ablate_steps(embedding, (_kind(options),)))
 
 
 def _judged(ground: WholeGround, options: Options) -> int:
@@ -39,18 +40,18 @@ def _judged(ground: WholeGround, options: Options) -> int:
 
 
 def _spare(embedding: Embedding, options: Options) -> JointDeletion:
-    return deletable_together(embedding, float(options.get("allowed", 0.01)), _kind(options))
+    return finish(deletable_together_steps(embedding, float(options.get("allowed", 0.01)), _kind(options)))
 
 
 def _advice(embedding: Embedding, options: Options) -> CaptureAdvice:
-    return direct_capture(embedding)
+    return finish(direct_capture_steps(embedding))
 
 
 # -------------------------------------------------------------------------------------------------------- places
 
 
 def _occupancy(embedding: Embedding, options: Options) -> Occupancy:
-    return occupancy(embedding)
+    return finish(occupancy_steps(embedding))
 
 
 def _of_occupancy(number: Callable[[Occupancy], float]):
@@ -58,18 +59,20 @@ def _of_occupancy(number: Callable[[Occupancy], float]):
 
 
 def _weak(embedding: Embedding, options: Options) -> WeakSpots:
-    return weak_spots(
-        embedding,
-        WeakSpotSettings(
-            domain=Domain[options.get("domain", Domain.FLOOR.name.lower()).upper()],
-            threshold=options.get("threshold", 0),
-            min_area=float(options.get("min_area", WeakSpotSettings.min_area)),
-        ),
+    return finish(
+        weak_spots_steps(
+            embedding,
+            WeakSpotSettings(
+                domain=Domain[options.get("domain", Domain.FLOOR.name.lower()).upper()],
+                threshold=options.get("threshold", 0),
+                min_area=float(options.get("min_area", WeakSpotSettings.min_area)),
+            ),
+        )
     )
 
 
 def _reasons(embedding: Embedding, options: Options) -> np.ndarray:
-    return np.bincount(why_not(embedding).ravel(), minlength=len(Reason))
+    return np.bincount(finish(why_not_steps(embedding)).ravel(), minlength=len(Reason))
 
 
 def _of_reason(ground: WholeGround, options: Options) -> float:
@@ -88,7 +91,7 @@ def _turns(embedding: Embedding, options: Options) -> TurnBalance:
 
 
 def _lost(embedding: Embedding, options: Options) -> LostLinks:
-    return lost_links(embedding)
+    return finish(lost_links_steps(embedding))
 
 
 def _of_lost(number: Callable[[LostLinks], float]):

@@ -9,11 +9,12 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
 from ..errors import EvaluationError
 from ..evaluation.ablation import Kind, Part, parts
-from ..evaluation.detours import Detours, detours, mean_speed
+from ..evaluation.detours import Detours, detours_steps, mean_speed
 from ..evaluation.goals import facing, goal_after, goal_at, goal_in_region, goal_with_tag, segments_of_clip
-from ..evaluation.maneuverability import Maneuverability, maneuverabilities, maneuverability
-from ..evaluation.path_efficiency import PathEfficiency, path_efficiency
-from ..evaluation.reach import ReachField, time_from, time_to_reach
+from ..evaluation.maneuverability import Maneuverability, maneuverabilities_steps, maneuverability_steps
+from ..evaluation.path_efficiency import PathEfficiency, path_efficiency_steps
+from ..evaluation.reach import ReachField, time_from_steps, time_to_reach_steps
+from ..progress import finish
 from .quantity import AMOUNT, ANGLE, COUNT, KIND, LENGTH, NATURAL, POSITION, TEXT, Options, Quantity, of_whole
 from .subject import WholeGround
 
@@ -36,10 +37,10 @@ def _prompt(embedding: Embedding, options: Options) -> list[Maneuverability]:
     """Of the action that the options name, whether it can be played or not, or of all that can be."""
     named = _actions(embedding, options)
     if named:
-        return [maneuverability(embedding, action) for action in named]
+        return [finish(maneuverability_steps(embedding, action)) for action in named]
     return [
         found
-        for found in maneuverabilities(embedding, Kind(options.get("kind", Kind.CLIP.value)))
+        for found in finish(maneuverabilities_steps(embedding, Kind(options.get("kind", Kind.CLIP.value))))
         if math.isfinite(found.mean)
     ]
 
@@ -69,11 +70,11 @@ def _goal(embedding: Embedding, options: Options) -> Nodes:
 
 
 def _times_to(embedding: Embedding, options: Options) -> ReachField:
-    return time_to_reach(embedding, _goal(embedding, options))
+    return finish(time_to_reach_steps(embedding, _goal(embedding, options)))
 
 
 def _times_from(embedding: Embedding, options: Options) -> ReachField:
-    return time_from(embedding, _goal(embedding, options))
+    return finish(time_from_steps(embedding, _goal(embedding, options)))
 
 
 def _mean_time(times: Callable[[Embedding, Options], ReachField]):
@@ -98,7 +99,7 @@ def _area_within(ground: WholeGround, options: Options) -> float:
 
 def _efficiency(embedding: Embedding, options: Options) -> PathEfficiency:
     rng = np.random.default_rng(options.get("seed", 0))
-    return path_efficiency(embedding, rng, options.get("pairs", 100), options.get("goals", 20))
+    return finish(path_efficiency_steps(embedding, rng, options.get("pairs", 100), options.get("goals", 20)))
 
 
 def _of_efficiency(number: Callable[[PathEfficiency], float]):
@@ -106,7 +107,7 @@ def _of_efficiency(number: Callable[[PathEfficiency], float]):
 
 
 def _detours(embedding: Embedding, options: Options) -> Detours:
-    return detours(embedding, float(options.get("spacing", 1.0)))
+    return finish(detours_steps(embedding, float(options.get("spacing", 1.0))))
 
 
 def _mean_detour(ground: WholeGround, options: Options) -> float:

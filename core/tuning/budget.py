@@ -20,7 +20,7 @@ from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, union
 from ..errors import TuningError
 from ..evaluation.extent import Measure
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .filling import Filling, FillOrder, filling_steps
 from .growth import component_around_steps
 from .local_pruning import prune_local_steps
@@ -147,7 +147,9 @@ class BudgetedPruning:
         )
 
 
-def prune_to_budget(embedding: Embedding, settings: BudgetSettings, order: FillOrder | None = None) -> BudgetedPruning:
+def prune_to_budget_steps(
+    embedding: Embedding, settings: BudgetSettings, order: FillOrder | None = None
+) -> Generator[Progress, None, BudgetedPruning]:
     """The embedding pruned to a budget of links or bytes, with promises about what is left.
 
     Parameters
@@ -162,13 +164,6 @@ def prune_to_budget(embedding: Embedding, settings: BudgetSettings, order: FillO
         Strongly connected, a part of ``embedding``; it covers at least 1 - ``coverage_loss`` of the places, and its
         measure is at most ``measure_growth`` times what it was - always. ``met`` says whether it fits the budget.
     """
-    return finish(prune_to_budget_steps(embedding, settings, order))
-
-
-def prune_to_budget_steps(
-    embedding: Embedding, settings: BudgetSettings, order: FillOrder | None = None
-) -> Generator[Progress, None, BudgetedPruning]:
-    """As :func:`prune_to_budget`, as a generator that yields progress."""
     trial = _Trial(embedding, settings)
     if trial.fits(embedding) or not embedding.n_nodes:
         return trial.result(embedding)

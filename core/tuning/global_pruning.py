@@ -9,7 +9,7 @@ from ..embedding.embedding import Embedding, restrict_steps
 from ..embedding.network import Nodes
 from ..errors import TuningError
 from ..evaluation.variability import coverage_share, integrated_variability_steps
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class GlobalPruning:
         return tuple(s for s in range(self.embedding.shape[3]) if s not in dropped)
 
 
-def prune_global(embedding: Embedding, n_segments: int) -> GlobalPruning:
+def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progress, None, GlobalPruning]:
     """Drop the segment of least integrated variability and take the largest strongly connected component of the rest,
     again and again, until ``n_segments`` segments are left (paper, section 4.2).
 
@@ -71,11 +71,6 @@ def prune_global(embedding: Embedding, n_segments: int) -> GlobalPruning:
     TuningError
         ``n_segments`` is not a whole number from 1 to the number of segments.
     """
-    return finish(prune_global_steps(embedding, n_segments))
-
-
-def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progress, None, GlobalPruning]:
-    """As :func:`prune_global`, as a generator that yields progress."""
     segments = embedding.graph.segments
     if int(n_segments) != n_segments or not 1 <= n_segments <= len(segments):
         raise TuningError(

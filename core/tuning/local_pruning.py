@@ -4,11 +4,11 @@ from collections.abc import Generator
 
 from ..embedding.embedding import Embedding, restrict_steps
 from ..errors import TuningError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .ranking import best_nodes_steps
 
 
-def prune_local(embedding: Embedding, k: int) -> Embedding:
+def prune_local_steps(embedding: Embedding, k: int) -> Generator[Progress, None, Embedding]:
     """At each p = (x, y, heading) keep the ``k`` nodes of highest segment variability, and take the largest strongly
     connected component of what is left (paper, section 4.2).
 
@@ -20,11 +20,6 @@ def prune_local(embedding: Embedding, k: int) -> Embedding:
     TuningError
         ``k`` is not a whole number of at least 1.
     """
-    return finish(prune_local_steps(embedding, k))
-
-
-def prune_local_steps(embedding: Embedding, k: int) -> Generator[Progress, None, Embedding]:
-    """As :func:`prune_local`, as a generator that yields progress."""
     if int(k) != k or k < 1:
         raise TuningError(f"Local pruning to {k} segments at each place leaves nothing; keep at least 1.")
     nodes = yield from portion(best_nodes_steps(embedding, int(k)), 0.0, 0.5)

@@ -9,7 +9,7 @@ from ..embedding.embedding import Embedding, restrict_steps, with_nodes
 from ..embedding.network import Nodes, count
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import coverage
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .growth import component_around_steps
 from .ranking import ranked_below, ranks_steps
 
@@ -44,16 +44,11 @@ class PruningCurve:
         return int(self.k[len(enough) - np.argmin(enough[::-1])]) if not enough.all() else int(self.k[0])
 
 
-def pruning_curve(embedding: Embedding) -> PruningCurve:
+def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, PruningCurve]:
     """Local pruning for every k that makes a difference, and one that makes none; no entries if there are no nodes.
 
     Each entry is what ``prune_local(embedding, k)`` keeps. Nodes are ranked only once.
     """
-    return finish(pruning_curve_steps(embedding))
-
-
-def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, PruningCurve]:
-    """As :func:`pruning_curve`, as a generator that yields progress."""
     ranks = yield from portion(ranks_steps(embedding), 0.0, 0.1)
     rows: list[tuple[int, int, float, float]] = []
     pruned: Embedding | None = None

@@ -4,14 +4,16 @@ import numpy as np
 from scipy import sparse
 
 from core.embedding.embedding import embed, restrict
-from core.evaluation.ablation import Kind, ablate, parts
+from core.evaluation.ablation import Kind, ablate_steps, parts
 from core.evaluation.capture.candidate import augmented, candidates
-from core.evaluation.capture.director import direct_capture
-from core.evaluation.deletion import deletable_together
+from core.evaluation.capture.director import direct_capture_steps
+from core.evaluation.deletion import deletable_together_steps
 from core.evaluation.extent import extent
-from core.evaluation.occupancy import occupancy, simulated_occupancy
+from core.evaluation.occupancy import occupancy_steps
+from core.progress import finish
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
+from tests.bench.simulated_walkers import simulated_occupancy
 
 N_CANDIDATES = 60
 WALKERS, SECONDS = 2000, 30.0
@@ -40,7 +42,7 @@ def _ablation(kinds: list[Kind]) -> Benchmark:
         return left
 
     return Benchmark(
-        run=lambda: ablate(embedding, kinds),
+        run=lambda: finish(ablate_steps(embedding, kinds)),
         counts=lambda found: _sums([loss.left for loss in found.losses]),
         reference=from_scratch,
         reference_counts=_sums,
@@ -58,7 +60,7 @@ def joint_deletion() -> Benchmark:
     """The clips that can be deleted together for 2 % of the floor."""
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
-        run=lambda: deletable_together(embedding, 0.02),
+        run=lambda: finish(deletable_together_steps(embedding, 0.02)),
         counts=lambda found: {"clips": len(found.parts), "nodes": found.left.nodes},
         repeats=3,
     )
@@ -76,7 +78,7 @@ def capture() -> Benchmark:
         ]
 
     return Benchmark(
-        run=lambda: direct_capture(embedding, family),
+        run=lambda: finish(direct_capture_steps(embedding, family)),
         counts=lambda found: _sums([gain.after for gain in found.gains]),
         reference=from_scratch,
         reference_counts=_sums,
@@ -105,7 +107,7 @@ def stationary(max_cost: float) -> Benchmark:
 
     small = embedding.n_links < 10_000_000
     return Benchmark(
-        run=lambda: (occupancy(embedding), embedding.n_nodes),
+        run=lambda: (finish(occupancy_steps(embedding)), embedding.n_nodes),
         counts=lambda found: {"nodes": found[1], "steps": found[0].n_steps},
         reference=by_links if small else None,
         reference_counts=lambda n: {"nodes": n},
@@ -120,7 +122,7 @@ def simulation() -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
         run=lambda: simulated_occupancy(embedding, np.random.default_rng(0), WALKERS, SECONDS, SECONDS),
-        counts=lambda found: {"links": found.occupancy.n_steps},
+        counts=lambda found: {"links": found.n_links},
         repeats=3,
     )
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from core.embedding.embedding import Embedding, embed
 from core.evaluation.variability import floor_variability
-from core.evaluation.weak_spots import WeakSpotSettings, weak_spots
-from core.evaluation.why_not import why_not
+from core.evaluation.weak_spots import WeakSpotSettings, weak_spots_steps
+from core.evaluation.why_not import why_not_steps
+from core.progress import finish
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 
@@ -47,14 +48,17 @@ def spots() -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
     settings = WeakSpotSettings(threshold=50)
     return Benchmark(
-        run=lambda: weak_spots(_fresh(embedding), settings), counts=lambda found: {"spots": len(found.spots)}
+        run=lambda: finish(weak_spots_steps(_fresh(embedding), settings)),
+        counts=lambda found: {"spots": len(found.spots)},
     )
 
 
 def reasons() -> Benchmark:
     """Why not? for every grid element."""
     embedding = embed(problems.graph(0.12), problems.room())
-    return Benchmark(run=lambda: why_not(_fresh(embedding)), counts=lambda found: {"elements": found.size})
+    return Benchmark(
+        run=lambda: finish(why_not_steps(_fresh(embedding))), counts=lambda found: {"elements": found.size}
+    )
 
 
 BENCHMARKS = {

@@ -4,10 +4,11 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from core.embedding.embedding import Embedding, embed
-from core.tuning.budget import BudgetSettings, prune_to_budget
-from core.tuning.global_pruning import prune_global
-from core.tuning.local_pruning import prune_local
-from core.tuning.pruning_curve import pruning_curve
+from core.progress import finish
+from core.tuning.budget import BudgetSettings, prune_to_budget_steps
+from core.tuning.global_pruning import prune_global_steps
+from core.tuning.local_pruning import prune_local_steps
+from core.tuning.pruning_curve import pruning_curve_steps
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 
@@ -41,7 +42,7 @@ def local() -> Benchmark:
         return int(largest.sum()), int(inside[largest][:, largest].nnz)
 
     return Benchmark(
-        run=lambda: prune_local(embedding, KEPT),
+        run=lambda: finish(prune_local_steps(embedding, KEPT)),
         counts=lambda pruned: {"nodes": pruned.n_nodes, "links": pruned.n_links},
         reference=by_links,
         reference_counts=lambda result: dict(zip(("nodes", "links"), result, strict=True)),
@@ -55,7 +56,7 @@ def global_() -> Benchmark:
     embedding = _room()
     n_segments = embedding.shape[3] // 3
     return Benchmark(
-        run=lambda: prune_global(embedding, n_segments),
+        run=lambda: finish(prune_global_steps(embedding, n_segments)),
         counts=lambda pruned: {"dropped": len(pruned.dropped), "links": pruned.embedding.n_links},
         repeats=3,
     )
@@ -67,10 +68,10 @@ def curve() -> Benchmark:
     largest = int(embedding.node_mask().sum(axis=3).max())
 
     def one_by_one():
-        return [prune_local(embedding, k).n_links for k in range(1, largest + 1)]
+        return [finish(prune_local_steps(embedding, k)).n_links for k in range(1, largest + 1)]
 
     return Benchmark(
-        run=lambda: pruning_curve(embedding),
+        run=lambda: finish(pruning_curve_steps(embedding)),
         counts=lambda curve: {"k": len(curve.k), "links": int(curve.n_links.sum())},
         reference=one_by_one,
         reference_counts=lambda links: {"k": len(links), "links": sum(links)},
@@ -83,9 +84,9 @@ def curve() -> Benchmark:
 def budget() -> Benchmark:
     """As many links as local pruning to five would keep, without losing a cell."""
     embedding = _room()
-    settings = BudgetSettings(budget=prune_local(embedding, KEPT).n_links)
+    settings = BudgetSettings(budget=finish(prune_local_steps(embedding, KEPT)).n_links)
     return Benchmark(
-        run=lambda: prune_to_budget(embedding, settings),
+        run=lambda: finish(prune_to_budget_steps(embedding, settings)),
         counts=lambda pruned: {"links": pruned.cost, "cells": pruned.places, "of": pruned.places_before},
         repeats=3,
     )

@@ -10,17 +10,18 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 from bl_ext.user_default.wayfarer.addon.results.findings.capture import chosen_candidates
 from bl_ext.user_default.wayfarer.addon.ui.finding_lists import WAYFARER_UL_findings
-from bl_ext.user_default.wayfarer.core.evaluation.ablation import Kind, ablate, without
+from bl_ext.user_default.wayfarer.core.evaluation.ablation import Kind, ablate_steps, without_steps
 from bl_ext.user_default.wayfarer.core.evaluation.action_coverage import action_coverage
-from bl_ext.user_default.wayfarer.core.evaluation.capture.director import direct_capture
-from bl_ext.user_default.wayfarer.core.evaluation.deletion import deletable_together
+from bl_ext.user_default.wayfarer.core.evaluation.capture.director import direct_capture_steps
+from bl_ext.user_default.wayfarer.core.evaluation.deletion import deletable_together_steps
 from bl_ext.user_default.wayfarer.core.evaluation.environment_coverage import environment_coverage
 from bl_ext.user_default.wayfarer.core.evaluation.link_utility import link_utility
-from bl_ext.user_default.wayfarer.core.evaluation.maneuverability import maneuverabilities
-from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy
-from bl_ext.user_default.wayfarer.core.evaluation.path_efficiency import path_efficiency
+from bl_ext.user_default.wayfarer.core.evaluation.maneuverability import maneuverabilities_steps
+from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy_steps
+from bl_ext.user_default.wayfarer.core.evaluation.path_efficiency import path_efficiency_steps
 from bl_ext.user_default.wayfarer.core.evaluation.turn_balance import turn_balance
-from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import Domain, WeakSpotSettings, weak_spots
+from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import Domain, WeakSpotSettings, weak_spots_steps
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 from .findings import contents, embedding, found, is_stale, kept, lines, operators, pixels, refused, rows, run, undone
 from .test_panel import Layout
@@ -44,8 +45,8 @@ def test_metrics_are_the_cores(settings):
     ground, actions, turns, links = (
         f(here) for f in (environment_coverage, action_coverage, turn_balance, link_utility)
     )
-    ways = path_efficiency(here, np.random.default_rng(3), 30, 6)
-    waits = maneuverabilities(here, Kind.CLIP)
+    ways = finish(path_efficiency_steps(here, np.random.default_rng(3), 30, 6))
+    waits = finish(maneuverabilities_steps(here, Kind.CLIP))
     numbers = {name: value for name, value, _ in rows(findings.METRICS)}
     assert numbers["environment coverage by position"] == ground.position_share
     assert numbers["environment coverage by position and heading"] == ground.task_share
@@ -70,7 +71,9 @@ def test_metrics_are_the_cores(settings):
 def test_weak_spots_are_the_cores_and_can_be_looked_at(settings):
     settings.evaluation.domain, settings.evaluation.few_ways = "HEADINGS", 50
     run("find_weak_spots")
-    spots = weak_spots(embedding(), WeakSpotSettings(Domain.HEADINGS, 50, settings.evaluation.min_area)).spots
+    spots = finish(
+        weak_spots_steps(embedding(), WeakSpotSettings(Domain.HEADINGS, 50, settings.evaluation.min_area))
+    ).spots
     assert len(spots) > 3 and [row[1] for row in rows(findings.WEAK_SPOTS)] == [spot.area for spot in spots]
     finding = kept(findings.WEAK_SPOTS)
     assert [tuple(row.place) for row in finding.rows] == [pytest.approx(spot.position) for spot in spots]
@@ -88,7 +91,7 @@ def test_weak_spots_are_the_cores_and_can_be_looked_at(settings):
 def test_what_matters_is_the_cores(settings, kind):
     settings.evaluation.parts = kind.name
     run("ablate")
-    ranked = ablate(embedding(), (kind,)).ranked(kind)
+    ranked = finish(ablate_steps(embedding(), (kind,))).ranked(kind)
     assert lines(findings.ABLATION) == [loss.part.name for loss in ranked]
     assert [(row[2], row[5]) for row in rows(findings.ABLATION)] == [(loss.floor, loss.nodes) for loss in ranked]
     assert [row.note for row in kept(findings.ABLATION).rows] == [loss.verdict.name.title() for loss in ranked]
@@ -101,7 +104,7 @@ def test_what_matters_is_the_cores(settings, kind):
 def test_deletable_clips_are_the_cores_and_can_be_unticked(settings):
     settings.evaluation.allowed_loss = 1.0
     run("find_deletable")
-    joint = deletable_together(embedding(), 0.01)
+    joint = finish(deletable_together_steps(embedding(), 0.01))
     names = [part.name for part in joint.parts]
     assert len(names) > 1 and [row[1] for row in rows(findings.DELETION)] == names
     ticked = {clip.action.name for clip in settings.clips if clip.use}
@@ -111,7 +114,7 @@ def test_deletable_clips_are_the_cores_and_can_be_unticked(settings):
     assert {clip.action.name for clip in bpy.context.scene.wayfarer.clips if clip.use} == ticked - set(names)
     # What is left is what was promised: the same segments are played, whatever else the threshold now allows.
     gone = [i for part in joint.parts for i in part.segments]
-    assert without(embedding(), gone).n_nodes == joint.left.nodes
+    assert finish(without_steps(embedding(), gone)).n_nodes == joint.left.nodes
     assert operators.untick_clips() == {"CANCELLED"}
 
 
@@ -139,7 +142,7 @@ def test_missing_motions_are_the_cores(settings):
     run("direct_capture")
     tried = chosen_candidates(embedding(), 7)
     assert len(tried) == 7 and len({candidate.words for candidate in tried}) == 7
-    advice = direct_capture(embedding(), tried)
+    advice = finish(direct_capture_steps(embedding(), tried))
     assert rows(findings.CAPTURE) == [tuple(row) for row in advice.table()[1]]
     useful = [gain for gain in advice.gains if gain.floor > 0 or gain.places > 0]
     assert [row.sentence for row in kept(findings.CAPTURE).rows] == [gain.describe() for gain in useful]
@@ -153,7 +156,7 @@ def test_missing_motions_are_the_cores(settings):
 
 def test_occupancy_is_the_cores(settings):
     run("find_occupancy")
-    stationary = occupancy(embedding())
+    stationary = finish(occupancy_steps(embedding()))
     shares = dict(rows(findings.OCCUPANCY))
     names = [segment.name for segment in found().graph.segments]
     np.testing.assert_array_equal([shares[name] for name in names], stationary.segments)

@@ -11,13 +11,12 @@ from bl_ext.user_default.wayfarer.addon.render.floor import LEGEND_PROPERTY, fin
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.environment.grid import Grid
 from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
-from bl_ext.user_default.wayfarer.core.evaluation.detours import detours
+from bl_ext.user_default.wayfarer.core.evaluation.detours import detours_steps
 from bl_ext.user_default.wayfarer.core.evaluation.goals import goal_at
-from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy
-from bl_ext.user_default.wayfarer.core.evaluation.reach import time_to_reach
-from bl_ext.user_default.wayfarer.core.evaluation.telling_times import telling_times
+from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy_steps
+from bl_ext.user_default.wayfarer.core.evaluation.reach import round_times, time_to_reach_steps
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability, variability
-from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import WeakSpotSettings, weak_spots
+from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import WeakSpotSettings, weak_spots_steps
 from bl_ext.user_default.wayfarer.core.maps import MAPS, MapOptions, MapQuantity, PaintedMap, map_of
 from bl_ext.user_default.wayfarer.core.maps.colors import Palette, lightest_value, linear, scale_of
 from bl_ext.user_default.wayfarer.core.maps.legend import MapLegend
@@ -168,7 +167,7 @@ def test_a_single_segment(embedding):
 
 
 def test_occupancy(embedding):
-    share, scale = occupancy(embedding).floor, scale_of(Palette.VIRIDIS)
+    share, scale = finish(occupancy_steps(embedding)).floor, scale_of(Palette.VIRIDIS)
     at = on_scale(paint(embedding, "OCCUPANCY", palette=Palette.VIRIDIS), scale)
     present = share > 0
     np.testing.assert_allclose(
@@ -187,9 +186,9 @@ def test_occupancy(embedding):
 def test_time_to_reach(embedding):
     covered = embedding.covered().any(axis=2)
     goal = tuple(embedding.environment.grid.positions(np.argwhere(covered)[60]).tolist())
-    field = time_to_reach(embedding, goal_at(embedding, goal, 0.25))
+    field = finish(time_to_reach_steps(embedding, goal_at(embedding, goal, 0.25)))
     painted, scale = paint(embedding, "REACH", goal=goal), scale_of(Palette.GREYS)
-    times = telling_times(field.floor())
+    times = round_times(field.floor())
     bands = field.bands(times)
     legend = {entry.text: entry.color for entry in painted.legend.swatches}
     for band, name in enumerate((*(f"Up to {time:g} s" for time in times), "Longer")):
@@ -209,7 +208,7 @@ def test_time_to_reach(embedding):
 
 
 def test_the_long_way_around(embedding):
-    worst = detours(embedding).worst
+    worst = finish(detours_steps(embedding)).worst
     painted = paint(embedding, "LONG_WAY", bands=False)
     at, known = on_scale(painted, scale_of(Palette.GREYS)), np.isfinite(worst)
     end = np.percentile(worst[known], 99)
@@ -242,7 +241,7 @@ def test_goals(settings):
 @pytest.mark.parametrize("few", [0, 400])
 def test_weak_spots(embedding, few):
     painted = paint(embedding, "WEAK_SPOTS", few_ways=few)
-    found = weak_spots(embedding, WeakSpotSettings(threshold=few))
+    found = finish(weak_spots_steps(embedding, WeakSpotSettings(threshold=few)))
     assert len(found.spots) > 0
     legend = {entry.text: entry for entry in painted.legend.swatches}
     for weakness in {spot.weakness for spot in found.spots}:

@@ -17,8 +17,9 @@ from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.evaluation.place import place_report
 from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability
-from bl_ext.user_default.wayfarer.core.evaluation.why_not import why_not
+from bl_ext.user_default.wayfarer.core.evaluation.why_not import why_not_steps
 from bl_ext.user_default.wayfarer.core.maps.legend import ColorBar, MapLegend, Swatch
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 operators = bpy.ops.wayfarer
 LEGEND = MapLegend(
@@ -187,7 +188,7 @@ def test_the_numbers_of_a_place_are_those_of_the_maps(sample_settings):
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
     embedding = state.results(bpy.context.scene).embedding
-    ways, reasons, grid = segment_variability(embedding), why_not(embedding), embedding.environment.grid
+    ways, reasons, grid = segment_variability(embedding), finish(why_not_steps(embedding)), embedding.environment.grid
     mask = embedding.node_mask()
     nx, ny, n_headings = grid.shape
     rng = np.random.default_rng(1)

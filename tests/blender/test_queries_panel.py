@@ -11,8 +11,9 @@ from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 from bl_ext.user_default.wayfarer.core.evaluation import goals
-from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from, time_to_reach
+from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from_steps, time_to_reach_steps
 from bl_ext.user_default.wayfarer.core.maps.colors import displayed
+from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.wording import area as area_words
 
 from .findings import contents, embedding, found, is_stale, kept, operators, refused, rows, run, undone
@@ -67,14 +68,14 @@ def test_times_to_and_from_a_place(settings):
     scene().cursor.location = (*place, 0.0)
     run("find_reach")
     goal = goals.goal_at(embedding(), place, queries.radius)
-    there = time_to_reach(embedding(), goal)
+    there = finish(time_to_reach_steps(embedding(), goal))
     check(there)
     assert [row[0] for row in rows(findings.REACH)] == [2.0, 3.0, 5.0, 7.0]
     assert settings.map.quantity == "QUERY" and floor_legend(find_floor(scene())).title == "Time to (-1.0, -2.0) m"
     queries.direction = "FROM"
     assert state.map_is_stale(scene())
     run("find_reach")
-    back = time_from(embedding(), goal)
+    back = finish(time_from_steps(embedding(), goal))
     check(back)
     assert there.areas() != back.areas()
     # The same by painting the map only.
@@ -96,7 +97,7 @@ def test_times_to_an_object_follow_it(settings):
     assert "No object is chosen" in refused(operators.find_reach)
     queries.object = empty
     run("find_reach")
-    check(time_to_reach(embedding(), goals.goal_at(embedding(), (1.0, -2.5), queries.radius)))
+    check(finish(time_to_reach_steps(embedding(), goals.goal_at(embedding(), (1.0, -2.5), queries.radius))))
     assert [row[0] for row in rows(findings.REACH)] == [1.0, 2.5, 4.0]
     empty.location.x -= 1.5
     bpy.context.view_layer.update()
@@ -111,13 +112,13 @@ def test_times_to_what_a_character_does(stepping):
     queries.clip = clip
     run("find_reach")
     segments = goals.segments_of_clip(here.graph, clip)
-    check(time_to_reach(here, goals.goal_to_begin(here, segments)))
+    check(finish(time_to_reach_steps(here, goals.goal_to_begin(here, segments))))
     queries.direction = "FROM"
     run("find_reach")
-    check(time_from(here, goals.goal_after(here, segments)))
+    check(finish(time_from_steps(here, goals.goal_after(here, segments))))
     queries.goal, queries.tag, queries.direction = "TAG", "step", "TO"
     run("find_reach")
-    check(time_to_reach(here, goals.goal_with_tag(here, "step")))
+    check(finish(time_to_reach_steps(here, goals.goal_with_tag(here, "step"))))
 
 
 def test_times_to_a_region(settings):
@@ -131,7 +132,7 @@ def test_times_to_a_region(settings):
     queries = settings.queries
     queries.goal, queries.region, queries.times = "REGION", "Door", (1.0, 2.0, 3.0, 4.0)
     run("find_reach")
-    check(time_to_reach(embedding(), goals.goal_in_region(embedding(), "Door")))
+    check(finish(time_to_reach_steps(embedding(), goals.goal_in_region(embedding(), "Door"))))
     # No segment of these clips ends where the character would have to step over.
     queries.region = "Step"
     assert "'Step' cannot be reached" in refused(operators.find_reach)

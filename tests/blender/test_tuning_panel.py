@@ -9,11 +9,12 @@ from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 from bl_ext.user_default.wayfarer.addon.results.findings.charts import chart_of
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share, floor_variability
+from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.report.drawing import Line
-from bl_ext.user_default.wayfarer.core.tuning.budget import BudgetSettings, Limit, prune_to_budget
-from bl_ext.user_default.wayfarer.core.tuning.global_pruning import prune_global
-from bl_ext.user_default.wayfarer.core.tuning.local_pruning import prune_local
-from bl_ext.user_default.wayfarer.core.tuning.pruning_curve import pruning_curve
+from bl_ext.user_default.wayfarer.core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
+from bl_ext.user_default.wayfarer.core.tuning.global_pruning import prune_global_steps
+from bl_ext.user_default.wayfarer.core.tuning.local_pruning import prune_local_steps
+from bl_ext.user_default.wayfarer.core.tuning.pruning_curve import pruning_curve_steps
 from bl_ext.user_default.wayfarer.core.tuning.skeleton import Places
 
 from .findings import contents, embedding, found, is_stale, kept, operators, pixels, refused, rows, run, undone
@@ -41,9 +42,9 @@ def test_each_method_is_the_cores(settings):
     tuning.n_segments, tuning.max_links, tuning.coverage_loss = 30, budget, 5.0
     asked = BudgetSettings(Limit.LINKS, budget, Places.CELLS, 0.05)
     expected = {
-        "LOCAL": prune_local(whole, K),
-        "GLOBAL": prune_global(whole, 30).embedding,
-        "BUDGET": prune_to_budget(whole, asked).embedding,
+        "LOCAL": finish(prune_local_steps(whole, K)),
+        "GLOBAL": finish(prune_global_steps(whole, 30)).embedding,
+        "BUDGET": finish(prune_to_budget_steps(whole, asked)).embedding,
     }
     for method, wanted in expected.items():
         tuning.method = method
@@ -63,7 +64,9 @@ def test_each_method_is_the_cores(settings):
     run("prune")
     assert (
         embedding().planes
-        == prune_to_budget(whole, BudgetSettings(Limit.BYTES, 500_000, Places.CELLS, 0.05)).embedding.planes
+        == finish(
+            prune_to_budget_steps(whole, BudgetSettings(Limit.BYTES, 500_000, Places.CELLS, 0.05))
+        ).embedding.planes
     )
     run("restore_embedding")
     assert embedding() is whole and found().pruning is None and found().summary["nodes"] == whole.n_nodes
@@ -215,7 +218,7 @@ def test_the_sweep_is_the_cores_and_is_drawn(settings):
     before = embedding()
     undone("sweep_pruning")
     run("sweep_pruning")
-    curve = pruning_curve(embedding())
+    curve = finish(pruning_curve_steps(embedding()))
     assert embedding() is before and found().pruning is None
     k, nodes, links, floor, places = (np.array(column) for column in zip(*rows(findings.PRUNING_CURVE), strict=True))
     np.testing.assert_array_equal(k, curve.k)

@@ -14,12 +14,13 @@ from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells, rule
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import (
     Reason,
     floor_reasons,
-    lost_links,
+    lost_links_steps,
     reason_shares,
-    why_not,
+    why_not_steps,
 )
 from bl_ext.user_default.wayfarer.core.maps.colors import linear
 from bl_ext.user_default.wayfarer.core.maps.reasons import reason_colors, reason_legend
+from bl_ext.user_default.wayfarer.core.progress import finish
 
 operators = bpy.ops.wayfarer
 
@@ -77,7 +78,7 @@ def test_reasons_are_painted(settings):
     build("build_motion_graph", "embed", "paint_map")
     found = results()
     environment = found.embedding.environment
-    reasons = floor_reasons(why_not(found.embedding))
+    reasons = floor_reasons(finish(why_not_steps(found.embedding)))
     floor = bpy.data.objects[FLOOR_NAME].data
     colors = np.empty(4 * len(floor.vertices), dtype=np.float32)
     floor.color_attributes.active_color.data.foreach_get("color", colors)
@@ -114,7 +115,7 @@ def test_lost_links_are_counted_when_asked(settings):
     assert state.lost_links(scene) is None
     build("count_lost_links")
     lost = state.lost_links(scene)
-    assert lost == lost_links(results().embedding)
+    assert lost == finish(lost_links_steps(results().embedding))
     assert lost.possible == lost.obstacles + lost.regions + lost.free
     assert min(lost.obstacles, lost.regions, lost.embedded) > 0
     build("embed")

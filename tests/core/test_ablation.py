@@ -17,13 +17,11 @@ from core.errors import EmbeddingError, EvaluationError
 from core.evaluation.ablation import (
     Kind,
     Verdict,
-    ablate,
     ablate_steps,
     parts,
-    without,
     without_steps,
 )
-from core.evaluation.deletion import deletable_together
+from core.evaluation.deletion import deletable_together_steps
 from core.evaluation.extent import Extent, Measure, extent, mean_time_to
 from core.evaluation.goals import goal_in_cells
 from core.motion.graph import MotionGraph, MotionSegment
@@ -75,7 +73,7 @@ def random_embedding(seed, tiled):
 def test_every_loss_equals_that_of_the_explicit_links(seed, tiled):
     embedding = random_embedding(seed, tiled)
     slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
-    found = ablate(embedding)
+    found = finish(ablate_steps(embedding))
     assert found.before == slow_extent(embedding, slow, ())
     for loss in found.losses:
         assert loss.left == slow_extent(embedding, slow, loss.part.segments), loss.part
@@ -88,10 +86,10 @@ def test_what_is_left_does_not_depend_on_where_the_search_starts(seed, tiled):
     n_segments = len(embedding.graph.segments)
     rng = np.random.default_rng(seed)
     fewer = set(rng.integers(0, n_segments, 2).tolist())
-    core = without(embedding, fewer)
+    core = finish(without_steps(embedding, fewer))
     one = {min(fewer)}
     quick = finish(without_steps(embedding, one, core.nodes))
-    assert quick.planes == without(embedding, one).planes
+    assert quick.planes == finish(without_steps(embedding, one)).planes
     assert quick.nodes == restrict(embedding, quick.nodes).nodes
 
 
@@ -99,10 +97,10 @@ def test_the_recorded_clips_are_ablated_exactly(data_folder):
     """The shortcut against the plain search, on a cropped room with enough clips to be grouped."""
     embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
     assert embedding.n_nodes > 10_000
-    found = ablate(embedding)
+    found = finish(ablate_steps(embedding))
     assert len(found.losses) > 60
     for loss in found.losses:
-        assert loss.left == extent(without(embedding, loss.part.segments))
+        assert loss.left == extent(finish(without_steps(embedding, loss.part.segments)))
     clips = found.ranked(Kind.CLIP)
     assert [loss.floor for loss in clips] == sorted((loss.floor for loss in clips), reverse=True)
     for loss in found.losses:
@@ -127,24 +125,24 @@ def corner_room():
 
 
 def test_what_everything_needs_is_essential():
-    found = ablate(corner_room())
+    found = finish(ablate_steps(corner_room()))
     assert found.before.floor == pytest.approx(36 * 0.2**2)
     walk, turn = found.losses[:2]
     assert (walk.verdict, turn.verdict) == (Verdict.ESSENTIAL, Verdict.ESSENTIAL)
     assert walk.left.floor == pytest.approx(0.2**2) and walk.left.nodes == 4 and turn.left.nodes == 0
     assert "97.2%" in walk.describe()
     assert turn.describe() == "Segment 'turn' is essential: without it no endless walk is left."
-    assert deletable_together(corner_room(), 0.9).parts == ()
+    assert finish(deletable_together_steps(corner_room(), 0.9)).parts == ()
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.1, 0.5, 1.0]))
 def test_what_is_deleted_together_costs_no_more_than_allowed(seed, allowed):
     embedding = random_embedding(seed, False)
-    found = deletable_together(embedding, allowed, Kind.SEGMENT)
+    found = finish(deletable_together_steps(embedding, allowed, Kind.SEGMENT))
     gone = set()
     for part, left in zip(found.parts, found.left_after, strict=True):
         gone.update(part.segments)
-        assert left == extent(without(embedding, gone))
+        assert left == extent(finish(without_steps(embedding, gone)))
     assert found.left == (found.left_after[-1] if found.left_after else found.before)
     least_floor = found.before.floor * (1 - allowed) - 1e-9
     least_places = found.before.places * (1 - min(5 * allowed, 1)) - 1e-9
@@ -153,19 +151,19 @@ def test_what_is_deleted_together_costs_no_more_than_allowed(seed, allowed):
         return
     for part in parts(embedding.graph, Kind.SEGMENT):
         if not gone.issuperset(part.segments):
-            more = extent(without(embedding, gone.union(part.segments)))
+            more = extent(finish(without_steps(embedding, gone.union(part.segments))))
             assert more.nodes == 0 or more.floor < least_floor or more.places < least_places
 
 
 def test_joint_deletion_is_not_the_sum_of_single_ones(data_folder):
     """On the recorded clips, all that are deletable one by one cannot go together with nothing lost."""
     embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
-    found = deletable_together(embedding, 0.02)
+    found = finish(deletable_together_steps(embedding, 0.02))
     assert 0 < len(found.parts) < len(parts(embedding.graph, Kind.CLIP))
     assert 0 <= found.share <= 0.02 and 0 <= found.places_share <= 0.1
-    losses = ablate(embedding, [Kind.CLIP]).losses
+    losses = finish(ablate_steps(embedding, [Kind.CLIP])).losses
     singly = {loss.part for loss in losses if loss.share <= 0.02}
-    together = extent(without(embedding, {i for part in singly for i in part.segments}))
+    together = extent(finish(without_steps(embedding, {i for part in singly for i in part.segments})))
     assert together.floor < 0.98 * found.before.floor
     said = found.describe()[0]
     assert found.parts[0].name in said
@@ -175,17 +173,17 @@ def test_joint_deletion_is_not_the_sum_of_single_ones(data_folder):
 def test_what_matters_and_what_can_go_agree(data_folder):
     """Allowed to lose as much as makes a clip important, nobody is told to delete an important one."""
     embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
-    verdicts = {loss.part: loss.verdict for loss in ablate(embedding, [Kind.CLIP]).losses}
+    verdicts = {loss.part: loss.verdict for loss in finish(ablate_steps(embedding, [Kind.CLIP])).losses}
     grave = {Verdict.ESSENTIAL, Verdict.IMPORTANT}
     for allowed in (0.0, 0.005, 0.00999):
-        assert not grave & {verdicts[part] for part in deletable_together(embedding, allowed).parts}
-    assert {verdicts[part] for part in deletable_together(embedding, 0.0).parts} <= {Verdict.REDUNDANT}
+        assert not grave & {verdicts[part] for part in finish(deletable_together_steps(embedding, allowed)).parts}
+    assert {verdicts[part] for part in finish(deletable_together_steps(embedding, 0.0)).parts} <= {Verdict.REDUNDANT}
     assert grave & set(verdicts.values())
 
 
 def test_a_measure_is_taken_of_everything_that_is_left(data_folder):
     embedding = embed(problems.graph(0.12), problems.room(3.0, 3.0))
-    found = ablate(embedding, [Kind.CLIP], Measure("number of nodes", "nodes", lambda e: e.n_nodes))
+    found = finish(ablate_steps(embedding, [Kind.CLIP], Measure("number of nodes", "nodes", lambda e: e.n_nodes)))
     assert all(loss.measure == -loss.nodes for loss in found.losses)
     assert "number of nodes, rise (nodes)" in found.table()[0]
 
@@ -195,13 +193,13 @@ def test_the_mean_time_to_a_place_rises_when_motions_go():
     door = np.zeros((6, 6), dtype=bool)
     door[0, 0] = True
     at_door = goal_in_cells(embedding, door)
-    found = ablate(embedding, [Kind.SEGMENT], mean_time_to(at_door, "the door"))
+    found = finish(ablate_steps(embedding, [Kind.SEGMENT], mean_time_to(at_door, "the door")))
     assert 0 < found.before.measure < np.inf
     assert [loss.measure for loss in found.losses] == [
         -found.before.measure if loss.left.measure == 0 else np.inf for loss in found.losses
     ]
     assert "mean time to reach the door, rise (s)" in found.table()[0]
-    nowhere = ablate(embedding, [Kind.SEGMENT], mean_time_to([0] * len(at_door), "nothing"))
+    nowhere = finish(ablate_steps(embedding, [Kind.SEGMENT], mean_time_to([0] * len(at_door), "nothing")))
     assert [loss.measure for loss in nowhere.losses] == [0.0, 0.0]
 
 
@@ -210,7 +208,7 @@ def test_progress_rises_and_a_wrong_share_is_refused():
     fractions = [progress.fraction for progress in ablate_steps(embedding)]
     assert fractions == sorted(fractions) and all(0 <= f <= 1 for f in fractions)
     with pytest.raises(EmbeddingError, match="between 0 and 1"):
-        deletable_together(embedding, 1.5)
+        finish(deletable_together_steps(embedding, 1.5))
 
 
 def test_a_goal_of_another_network_is_refused():

@@ -14,13 +14,14 @@ from core.evaluation.action_coverage import action_coverage
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.extent import extent
 from core.evaluation.floor import floor_cells
-from core.evaluation.metrics import metrics
-from core.evaluation.telling_times import telling_times
+from core.evaluation.metrics import metrics_steps
+from core.evaluation.reach import round_times
 from core.evaluation.variability import coverage_share
-from core.evaluation.weak_spots import WeakSpotSettings, weak_spots
-from core.evaluation.why_not import Reason, why_not
+from core.evaluation.weak_spots import WeakSpotSettings, weak_spots_steps
+from core.evaluation.why_not import Reason, why_not_steps
+from core.progress import finish
 from core.report.finding_tables import actions_table, metrics_table
-from core.tuning.pruning_curve import pruning_curve
+from core.tuning.pruning_curve import pruning_curve_steps
 
 from .motion_graphs import sample_graph
 from .reference import random_problem
@@ -32,16 +33,16 @@ SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 @given(st.integers(0, 10**6), st.booleans())
 def test_all_speak_of_the_same_floor(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
-    floor, covered, reasons = floor_cells(embedding), embedding.covered().any(axis=2), why_not(embedding)
+    floor, covered, reasons = floor_cells(embedding), embedding.covered().any(axis=2), finish(why_not_steps(embedding))
     apart = (Reason.BLOCKED, Reason.RULE, Reason.FORBIDDEN)
     assert np.array_equal(floor, (~np.isin(reasons, apart)).any(axis=2))
     assert np.array_equal(covered, (reasons == Reason.EMBEDDED).any(axis=2))
-    ground, spots = environment_coverage(embedding), weak_spots(embedding, WeakSpotSettings(min_area=0))
+    ground, spots = environment_coverage(embedding), finish(weak_spots_steps(embedding, WeakSpotSettings(min_area=0)))
     assert ground.covered_area + spots.area == pytest.approx(ground.free_area)
     assert ground.position_share == coverage_share(embedding) == extent(embedding).share <= 1
     assert extent(embedding).floor == pytest.approx(ground.covered_area)
     assert not any(spot.reason in apart for spot in spots.spots)
-    curve = pruning_curve(embedding)
+    curve = finish(pruning_curve_steps(embedding))
     if len(curve.k):
         assert curve.floor_coverage[-1] == pytest.approx(ground.position_share)
         assert curve.coverage[-1] == pytest.approx(ground.task_share)
@@ -58,18 +59,18 @@ def test_a_step_that_is_only_crossed_is_neither_reached_nor_missing():
     covered, ruled = embedding.covered().any(axis=2), band[2::4, 2::4]
     assert covered[:, :10].all() and covered[:, 14:].all() and not covered[ruled].all()
     assert not floor_cells(embedding)[ruled & ~covered].any()
-    assert (why_not(embedding)[ruled & ~covered] == Reason.RULE).all()
+    assert (finish(why_not_steps(embedding))[ruled & ~covered] == Reason.RULE).all()
     assert environment_coverage(embedding).position_share == 1.0
     # Where nobody can step, the far side is missing, and the sill is still a matter of its rule.
     band[:, 30:66] = True
     cut = embed(sample_graph(), Environment(grid, free, sill))
-    assert (why_not(cut)[:, 9:15] == Reason.RULE).all() and not floor_cells(cut)[:, 9:15].any()
-    assert weak_spots(cut).area > 5
+    assert (finish(why_not_steps(cut))[:, 9:15] == Reason.RULE).all() and not floor_cells(cut)[:, 9:15].any()
+    assert finish(weak_spots_steps(cut)).area > 5
 
 
 def test_metrics_are_those_of_their_parts():
     embedding = embed(sample_graph(), Environment(Grid((16, 16, 8), 0.25), np.zeros((64, 64), dtype=bool)))
-    found = metrics(embedding, np.random.default_rng(3), 20)
+    found = finish(metrics_steps(embedding, np.random.default_rng(3), 20))
     values = dict(zip(*list(zip(*metrics_table(found).rows, strict=True))[:2], strict=True))
     assert values["environment coverage by position"] == environment_coverage(embedding).position_share
     assert (values["path efficiency, pairs of places"], values["path efficiency, goals"]) == (20, 4)
@@ -84,9 +85,9 @@ def test_metrics_are_those_of_their_parts():
 
 
 @given(st.integers(0, 10**6), st.floats(0.1, 500.0))
-def test_telling_times_are_round_ascend_and_tell_places_apart(seed, scale):
+def test_round_times_are_round_ascend_and_tell_places_apart(seed, scale):
     seconds = np.random.default_rng(seed).gamma(2.0, scale, (12, 12))
-    times = telling_times(np.where(seconds > 3 * scale, np.inf, seconds))
+    times = round_times(np.where(seconds > 3 * scale, np.inf, seconds))
     assert list(times) == sorted(set(times)) and 1 <= len(times) <= 4
     assert all(float(f"{time:.2g}") == time for time in times)
     if len(times) == 4:
@@ -95,5 +96,5 @@ def test_telling_times_are_round_ascend_and_tell_places_apart(seed, scale):
 
 
 def test_no_time_at_all_still_makes_a_scale():
-    assert telling_times(np.full((2, 2), np.inf)) == (1.0,)
-    assert telling_times(np.zeros((2, 2))) == (0.5,)
+    assert round_times(np.full((2, 2), np.inf)) == (1.0,)
+    assert round_times(np.zeros((2, 2))) == (0.5,)

@@ -21,7 +21,7 @@ from core.evaluation.capture.candidate import (
     move_words,
     template_segment,
 )
-from core.evaluation.capture.director import direct_capture, direct_capture_steps
+from core.evaluation.capture.director import direct_capture_steps
 from core.evaluation.capture.trial import chosen_segments, stage_steps
 from core.evaluation.extent import Measure, extent
 from core.motion.graph import MotionGraph, MotionSegment
@@ -51,7 +51,7 @@ def random_candidates(graph, cell, rng, n):
 def assert_trials_equal_embedding(embedding, tried):
     """Every trial is the embedding of the larger graph, node for node; returns how often the old one did not grow."""
     stage = finish(stage_steps(embedding, tried))
-    gains = {gain.candidate.words: gain for gain in direct_capture(embedding, tried).gains}
+    gains = {gain.candidate.words: gain for gain in finish(direct_capture_steps(embedding, tried)).gains}
     replaced = 0
     for index, candidate in enumerate(tried):
         whole = embed(augmented(embedding.graph, candidate), embedding.environment, embedding.settings)
@@ -143,7 +143,7 @@ def test_what_is_missing_is_found_and_said():
     embedding = hall()
     # Up and down one of the two arms; the other begins at their crossing.
     assert extent(embedding).floor == pytest.approx(10 * 0.04)
-    found = direct_capture(embedding)
+    found = finish(direct_capture_steps(embedding))
     best = found.gains[0]
     assert best.floor == pytest.approx(9 * 0.04)
     assert "turn on the spot" in best.candidate.words
@@ -159,7 +159,7 @@ def test_a_measure_ranks_what_opens_as_much():
     embedding = hall()
     nodes = Measure("number of nodes below a million", "", lambda e: 1e6 - e.n_nodes)
     tried = candidates(embedding, retimed=True)
-    found = direct_capture(embedding, tried, nodes)
+    found = finish(direct_capture_steps(embedding, tried, nodes))
     assert all(gain.measure == gain.after.nodes - gain.before.nodes for gain in found.gains)
     keys = [(-gain.floor, -gain.places, -gain.measure) for gain in found.gains]
     assert keys == sorted(keys)
@@ -177,7 +177,7 @@ def test_required_tags_are_tried_and_open_what_requires_them():
     blocked = np.kron(corridor, np.ones((SUBDIVISION,) * 2)).astype(bool)
     fenced = embed(graph, Environment(grid, blocked, (fence,)))
     assert extent(fenced).floor == pytest.approx(6 * 0.04)
-    found = direct_capture(fenced)
+    found = finish(direct_capture_steps(fenced))
     assert found.gains[0].floor > 0
     tagged = {gain.candidate.words: gain for gain in found.gains if "with the tag 'step'" in gain.candidate.words}
     assert set(tagged) == {f"a straight walk of {length:g} m with the tag 'step'" for length in (0.4, 0.8, 1.2, 1.6)}
@@ -247,4 +247,4 @@ def test_pruned_embeddings_are_refused():
     pruned = restrict(embedding, embedding.network.bundles([plane & ~first for plane in embedding.planes]))
     assert 0 < pruned.n_nodes < embedding.n_nodes
     with pytest.raises(EmbeddingError, match="pruned"):
-        direct_capture(pruned, candidates(embedding)[:1])
+        finish(direct_capture_steps(pruned, candidates(embedding)[:1]))

@@ -12,7 +12,7 @@ from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.embedding.link_reader import LinkReader
 from core.errors import WalkError
-from core.evaluation.why_not import Reason, why_not
+from core.evaluation.why_not import Reason, why_not_steps
 from core.playback.course import HEADING_LEVER, link_edits
 from core.playback.destination import destination, reason_at
 from core.playback.directed import rows_of, walk_through_steps
@@ -200,7 +200,7 @@ def test_destinations_say_why_nobody_gets_there(room):
         assert abs((heading * grid.heading_step + np.pi) % (2 * np.pi) - np.pi) <= 0.3 + 1e-6
     with pytest.raises(WalkError, match="off the ground"):
         destination(room, (70.0, 7.0))
-    reasons, free = why_not(room), room.environment.free_cells()
+    reasons, free = finish(why_not_steps(room)), room.environment.free_cells()
     blocked = grid.positions(np.argwhere(~free)[0])
     assert reason_at(room, blocked) is Reason.BLOCKED
     with pytest.raises(WalkError, match="An obstacle is closer than the character's radius"):

@@ -21,7 +21,7 @@ from core.environment.environment import Environment, build_environment
 from core.environment.grid import Grid
 from core.errors import ExportError
 from core.evaluation.goals import goal_in_cells
-from core.evaluation.reach import time_to_reach
+from core.evaluation.reach import time_to_reach_steps
 from core.export.engine_format import engine_arrays, engine_files_steps, engine_header
 from core.export.table import engine_table_steps
 from core.motion.graph import build_motion_graph
@@ -85,7 +85,7 @@ def check(embedding, folder):
     assert told["bytes"] == len(raw) == size and told["sha256"] == hashlib.sha256(raw).hexdigest()
     goal = np.zeros(mask.shape[:2], dtype=bool)
     goal[tuple(found["goal"].T)] = True
-    times = time_to_reach(embedding, goal_in_cells(embedding, goal)).frames_at(nodes)
+    times = finish(time_to_reach_steps(embedding, goal_in_cells(embedding, goal))).frames_at(nodes)
     assert np.array_equal(found["times"], times)
     walked, promised, arrived = found["ways"].T
     assert np.array_equal(walked, promised) and arrived.all()

@@ -17,11 +17,11 @@ from core.environment.grid import Grid
 from core.environment.regions import Region, RegionRule
 from core.errors import MotionGraphError
 from core.evaluation.variability import floor_variability
-from core.evaluation.weak_spots import weak_spots
+from core.evaluation.weak_spots import weak_spots_steps
 from core.motion.graph import MotionGraph, MotionSegment
 from core.playback.walk import WalkSettings, random_walk_steps
 from core.progress import finish
-from core.tuning.local_pruning import prune_local
+from core.tuning.local_pruning import prune_local_steps
 
 from .motion_graphs import sample_graph
 
@@ -131,11 +131,11 @@ def test_a_scene_makes_a_sound_environment_and_embedding_or_a_sentence(data):
     n_in, n_out = (np.count_nonzero(degree) for degree in (embedding.in_degree(), embedding.out_degree()))
     assert n_in == n_out == embedding.n_nodes
     assert floor_variability(embedding).shape == free.shape
-    attempted(weak_spots, embedding)
+    attempted(lambda: finish(weak_spots_steps(embedding)))
     steps = random_walk_steps(embedding, np.random.default_rng(0), WalkSettings(1.0))
     walk = attempted(finish, steps)
     assert isinstance(walk, str) == (embedding.n_nodes == 0)
-    pruned = attempted(prune_local, embedding, data.draw(st.integers(-1, 3)))
+    pruned = attempted(lambda k: finish(prune_local_steps(embedding, k)), data.draw(st.integers(-1, 3)))
     assert isinstance(pruned, str) or pruned.n_nodes <= embedding.n_nodes
 
 

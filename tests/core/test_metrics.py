@@ -17,16 +17,17 @@ from core.environment.grid import Grid
 from core.errors import EvaluationError
 from core.evaluation.ablation import Kind, parts
 from core.evaluation.action_coverage import action_coverage
-from core.evaluation.detours import detours, mean_speed
+from core.evaluation.detours import detours_steps, mean_speed
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.geodesic import Geodesics
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.link_utility import link_utility
-from core.evaluation.maneuverability import maneuverabilities
-from core.evaluation.path_efficiency import PathEfficiency, path_efficiency
+from core.evaluation.maneuverability import maneuverabilities_steps
+from core.evaluation.path_efficiency import PathEfficiency, path_efficiency_steps
 from core.evaluation.quickest_way import WalkedLengths
-from core.evaluation.reach import time_to_reach
+from core.evaluation.reach import time_to_reach_steps
 from core.evaluation.turn_balance import turn_balance
+from core.progress import finish
 
 from .motion_graphs import sample_graph
 from .reference import random_problem, slow_floor
@@ -166,7 +167,7 @@ def test_maneuverability(seed, tiled, kind):
     nodes, links = embedding.to_csr()
     if len(nodes) == 0:
         return
-    found = maneuverabilities(embedding, kind)
+    found = finish(maneuverabilities_steps(embedding, kind))
     assert [m.action for m in found] == parts(embedding.graph, kind)
     start, end = links.nonzero()
     cell = nodes[:, 0] * embedding.shape[1] + nodes[:, 1]
@@ -239,14 +240,14 @@ def test_the_walked_length_is_that_of_a_quickest_walk(seed, tiled):
     goal, starts, links = cells[seed % len(cells)], cells[:: max(len(cells) // 3, 1)], all_links(embedding)
     mask = np.zeros(embedding.shape[:2], dtype=bool)
     mask[tuple(goal)] = True
-    field = time_to_reach(embedding, goal_in_cells(embedding, mask))
+    field = finish(time_to_reach_steps(embedding, goal_in_cells(embedding, mask)))
     walked = WalkedLengths(embedding).from_cells(field, starts)
     assert walked == pytest.approx([slow_walked(embedding, links, tuple(start), goal) for start in starts.tolist()])
 
 
 def test_path_efficiency():
     embedding = room_embedding()
-    found = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
+    found = finish(path_efficiency_steps(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6))
     assert len(found.seconds) == 20 and found.n_goals == 6
     covered = embedding.covered().any(axis=2)
     assert covered[tuple(found.starts.T)].all() and covered[tuple(found.goals.T)].all()
@@ -260,7 +261,7 @@ def test_path_efficiency():
     assert found.efficiency.min() > 0 and found.efficiency.max() <= 1 and found.efficiency.mean() < 1
     assert found.efficiency[found.worst] == found.efficiency.min()
     assert f"{found.mean:.1%} \u00b1 {found.standard_error:.1%} (20 pairs, 6 goals)" in found.describe()
-    again = path_efficiency(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6)
+    again = finish(path_efficiency_steps(embedding, np.random.default_rng(5), n_pairs=20, n_goals=6))
     assert np.array_equal(found.starts, again.starts)
 
 
@@ -277,7 +278,7 @@ def test_pairs_that_share_a_goal_make_no_mean_surer():
 
 def test_detours():
     embedding = room_embedding()
-    found = detours(embedding, spacing=1.5, radii=(0.8, 1.7))
+    found = finish(detours_steps(embedding, spacing=1.5, radii=(0.8, 1.7)))
     covered = embedding.covered()
     nodes, links = embedding.to_csr()
     geodesics = Geodesics(embedding.environment)
@@ -312,17 +313,17 @@ def test_what_cannot_be_measured_is_said():
     nothing = restrict(embedding, [0] * len(embedding.nodes))
     rng = np.random.default_rng(0)
     with pytest.raises(EvaluationError, match="empty"):
-        maneuverabilities(nothing, Kind.CLIP)
+        finish(maneuverabilities_steps(nothing, Kind.CLIP))
     with pytest.raises(EvaluationError, match="No two places"):
-        path_efficiency(nothing, rng)
+        finish(path_efficiency_steps(nothing, rng))
     with pytest.raises(EvaluationError, match="ask for one or more"):
-        path_efficiency(embedding, rng, n_pairs=0)
+        finish(path_efficiency_steps(embedding, rng, n_pairs=0))
     with pytest.raises(EvaluationError, match="No place"):
-        detours(nothing)
+        finish(detours_steps(nothing))
     with pytest.raises(EvaluationError, match="cannot be looked at"):
-        detours(embedding, radii=(2.0, 1.0))
+        finish(detours_steps(embedding, radii=(2.0, 1.0)))
     with pytest.raises(EvaluationError, match="speed"):
-        detours(embedding, speed=0.0)
+        finish(detours_steps(embedding, speed=0.0))
     still = [replace(s, path=np.zeros_like(s.path)) for s in embedding.graph.segments]
     with pytest.raises(EvaluationError, match="travels"):
         mean_speed(replace(embedding.graph, segments=tuple(still)))

@@ -14,11 +14,12 @@ from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.errors import EmbeddingError
 from core.evaluation import walkers
-from core.evaluation.occupancy import free_ground, occupancy, occupancy_steps, simulated_occupancy, visits
+from core.evaluation.occupancy import free_ground, occupancy_steps
 from core.motion.graph import MotionGraph, MotionSegment
 from core.playback.walk import WalkSettings, random_walk_steps
 from core.progress import finish
 from tests.bench import problems
+from tests.bench.simulated_walkers import simulated_occupancy, visits
 
 from .reference import random_problem
 
@@ -53,7 +54,7 @@ def test_visits_solve_the_equations_of_the_explicit_links(seed, tiled):
     slow = slow_visits(embedding)
     assert np.abs(found - slow).sum() < 1e-5
     assert np.all(found[~embedding.node_mask()] == 0)
-    result = occupancy(embedding, 1e-9, 50_000)
+    result = finish(occupancy_steps(embedding, 1e-9, 50_000))
     frames = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
     time = slow.sum(axis=(0, 1, 2)) * frames
     assert result.segments == pytest.approx(time / time.sum(), abs=1e-5)
@@ -81,7 +82,7 @@ def test_time_on_the_floor_is_that_of_every_link(seed, tiled):
                     chance = shares[x, y, heading, parent] / out[x, y, heading, parent]
                     for dx, dy in half:
                         time[(x + dx) % nx, (y + dy) % ny] += chance
-    found = occupancy(embedding, 1e-9, 50_000)
+    found = finish(occupancy_steps(embedding, 1e-9, 50_000))
     assert np.abs(found.floor - free_ground(embedding.environment, time) / time.sum()).sum() < 1e-5
     free = embedding.environment.free_cells()
     assert not found.floor[~free].any() and found.visited_area <= free.sum() * grid.cell_size**2 + 1e-9
@@ -111,7 +112,7 @@ def ring(n_cells, n_frames=2):
 
 @pytest.mark.parametrize("n_cells", [2, 3, 7])
 def test_chains_that_go_in_circles_settle(n_cells):
-    found = occupancy(ring(n_cells), 1e-6)
+    found = finish(occupancy_steps(ring(n_cells), 1e-6))
     assert found.floor.ravel() == pytest.approx(np.full(n_cells, 1 / n_cells), abs=1e-5)
     assert found.residual <= 1e-6
     assert found.effective_area == pytest.approx(n_cells * 0.04)
@@ -126,7 +127,7 @@ def test_walkers_that_march_in_step_settle():
     links = np.array([[0, 2], [1, 2], [2, 3], [3, 0], [3, 1]])
     graph = MotionGraph((), 30.0, stands, links, np.zeros(5))
     embedding = embed(graph, Environment(Grid((1, 1, 1), 0.2), np.zeros((SUBDIVISION,) * 2, dtype=bool)))
-    found = occupancy(embedding, 1e-9)
+    found = finish(occupancy_steps(embedding, 1e-9))
     assert found.residual <= 1e-9
     assert found.segments == pytest.approx([1 / 6, 1 / 6, 1 / 3, 1 / 3])
 
@@ -143,7 +144,7 @@ def lopsided():
 
 def test_time_counts_by_duration():
     """Three cells in a row: all that fits is taken with the same chance; a move lasts three frames."""
-    found = occupancy(lopsided(), 1e-8)
+    found = finish(occupancy_steps(lopsided(), 1e-8))
     # Visits of cells (left, middle, right) solve l = l/2 + m/3 and so on: 2/7, 3/7, 2/7.
     shares = visits(lopsided(), 1e-8).sum(axis=(2, 3)).ravel()
     assert shares == pytest.approx([2 / 7, 3 / 7, 2 / 7], abs=1e-5)
@@ -153,7 +154,7 @@ def test_time_counts_by_duration():
 
 
 def test_statistics_of_uneven_time():
-    found = occupancy(lopsided(), 1e-8)
+    found = finish(occupancy_steps(lopsided(), 1e-8))
     shares = np.sort(found.floor.ravel())[::-1]
     assert found.effective_area == pytest.approx(np.exp(-(shares * np.log(shares)).sum()) * 0.04)
     assert found.visited_area == pytest.approx(0.12)
@@ -166,19 +167,19 @@ def squared_deviations(exact, simulated):
     """Mean of ((simulated - exact) / standard error)^2 over the cells that are often visited: about 1."""
     often = exact.floor > 0.2 / np.count_nonzero(exact.floor)
     deviation = simulated.deviation[often]
-    return float(np.mean(np.square((simulated.occupancy.floor - exact.floor)[often] / deviation)))
+    return float(np.mean(np.square((simulated.floor - exact.floor)[often] / deviation)))
 
 
 @pytest.mark.parametrize(("seed", "tiled"), PROBLEMS)
 def test_simulated_walkers_agree_on_random_problems(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     assert embedding.n_nodes > 100
-    exact = occupancy(embedding, 1e-9)
+    exact = finish(occupancy_steps(embedding, 1e-9))
     deviations = []
     for run in range(8):
         simulated = simulated_occupancy(embedding, np.random.default_rng(run), 400, 10.0, 5.0, 40)
-        assert simulated.occupancy.floor.sum() == pytest.approx(1.0)
-        assert np.abs(simulated.occupancy.segments - exact.segments).max() < 0.02
+        assert simulated.floor.sum() == pytest.approx(1.0)
+        assert np.abs(simulated.segments - exact.segments).max() < 0.02
         deviations.append(squared_deviations(exact, simulated))
     assert 0.6 < np.mean(deviations) < 1.5
 
@@ -186,7 +187,7 @@ def test_simulated_walkers_agree_on_random_problems(seed, tiled):
 @cache
 def recorded():
     embedding = embed(problems.graph(0.12), problems.room(3.5, 3.5))
-    return embedding, occupancy(embedding, 1e-4)
+    return embedding, finish(occupancy_steps(embedding, 1e-4))
 
 
 def test_simulated_walkers_agree_on_recorded_clips(data_folder):
@@ -196,7 +197,7 @@ def test_simulated_walkers_agree_on_recorded_clips(data_folder):
     # The comparison is sharp: the walkers are not spread as evenly as the nodes.
     busy = exact.floor > 0.001
     even = np.where(exact.floor > 0, 1 / np.count_nonzero(exact.floor), 0.0)
-    wrong = np.square((even - simulated.occupancy.floor)[busy] / simulated.deviation[busy])
+    wrong = np.square((even - simulated.floor)[busy] / simulated.deviation[busy])
     assert wrong.mean() > 20
 
 
@@ -211,23 +212,19 @@ def test_one_long_random_walk_agrees(data_folder):
 
 def test_large_grounds_lay_out_places_anew(monkeypatch):
     embedding = embed(*random_problem(*PROBLEMS[0]), SETTINGS)
-    kept = occupancy(embedding, 1e-7)
+    kept = finish(occupancy_steps(embedding, 1e-7))
     monkeypatch.setattr(walkers, "KEPT_BYTES", 0)
-    assert np.array_equal(occupancy(embedding, 1e-7).floor, kept.floor)
+    assert np.array_equal(finish(occupancy_steps(embedding, 1e-7)).floor, kept.floor)
 
 
 def test_what_is_refused_and_what_is_reported():
     embedding = ring(3)
     with pytest.raises(EmbeddingError, match="tolerance"):
-        occupancy(embedding, 0.0)
-    with pytest.raises(EmbeddingError, match="groups"):
-        simulated_occupancy(embedding, np.random.default_rng(0), 1)
-    with pytest.raises(EmbeddingError, match="positive durations"):
-        simulated_occupancy(embedding, np.random.default_rng(0), duration=-1.0)
+        finish(occupancy_steps(embedding, 0.0))
     blocked = Environment(embedding.environment.grid, np.ones_like(embedding.environment.blocked))
     with pytest.raises(EmbeddingError, match="empty"):
-        occupancy(embed(embedding.graph, blocked))
-    hasty = occupancy(embed(*random_problem(*PROBLEMS[0]), SETTINGS), 1e-9, 5)
+        finish(occupancy_steps(embed(embedding.graph, blocked)))
+    hasty = finish(occupancy_steps(embed(*random_problem(*PROBLEMS[0]), SETTINGS), 1e-9, 5))
     assert hasty.n_steps == 5 and hasty.residual > 1e-9 and hasty.error >= hasty.residual
     fractions = [progress.fraction for progress in occupancy_steps(embedding)]
     assert all(0 <= f <= 1 for f in fractions)

@@ -17,14 +17,14 @@ from core.environment.grid import Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import TuningError
 from core.evaluation.extent import Measure
-from core.evaluation.variability import coverage, coverage_share, integrated_variability, segment_variability
+from core.evaluation.variability import coverage, coverage_share, integrated_variability_steps, segment_variability
 from core.progress import finish
-from core.tuning.budget import BudgetSettings, Limit, prune_to_budget, table_bytes
+from core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps, table_bytes
 from core.tuning.distance_layers import layers_from_steps, layers_to_steps
 from core.tuning.filling import FillOrder, filling_steps
-from core.tuning.global_pruning import prune_global
-from core.tuning.local_pruning import prune_local, prune_local_steps
-from core.tuning.pruning_curve import pruning_curve
+from core.tuning.global_pruning import prune_global_steps
+from core.tuning.local_pruning import prune_local_steps
+from core.tuning.pruning_curve import pruning_curve_steps
 from core.tuning.ranking import best_nodes_steps, ranked_below, ranks_steps
 from core.tuning.skeleton import Places, covered_places, plan_skeleton_steps, skeleton_steps
 
@@ -114,7 +114,7 @@ def test_local_pruning_equals_the_explicit_one(seed, tiled, bundled):
         best = slow_best(ways, mask, k)
         assert np.array_equal(mask_of(embedding, finish(best_nodes_steps(embedding, k))), best)
         nodes, n_links = slow.largest(best)
-        pruned = prune_local(embedding, k)
+        pruned = finish(prune_local_steps(embedding, k))
         assert np.array_equal(pruned.node_mask(), nodes)
         assert pruned.n_links == n_links
         assert is_strongly_connected(pruned)
@@ -126,7 +126,7 @@ def test_random_problems_lose_nodes_and_links():
     for seed in range(40):
         embedding = random_embedding(seed, seed % 2 == 0)
         best = finish(best_nodes_steps(embedding, 1))
-        pruned = prune_local(embedding, 1)
+        pruned = finish(prune_local_steps(embedding, 1))
         n_best = int(mask_of(embedding, best).sum())
         n_smaller += n_best < embedding.n_nodes
         n_broken += pruned.n_nodes < n_best
@@ -155,12 +155,12 @@ def test_curve_equals_pruning_for_every_k(seed, tiled, bundled):
     embedding = random_embedding(seed, tiled)
     embedding = embedding if bundled else unbundled(embedding)
     ranks = finish(ranks_steps(embedding))
-    curve = pruning_curve(embedding)
+    curve = finish(pruning_curve_steps(embedding))
     largest_place = int(embedding.node_mask().sum(axis=3).max())
     assert curve.k.tolist() == list(range(1, largest_place + 1))
     for row, k in enumerate(curve.k.tolist()):
         assert ranked_below(embedding, ranks, k) == finish(best_nodes_steps(embedding, k))
-        pruned = prune_local(embedding, k)
+        pruned = finish(prune_local_steps(embedding, k))
         assert (curve.n_nodes[row], curve.n_links[row]) == (pruned.n_nodes, pruned.n_links)
         assert curve.floor_coverage[row] == pytest.approx(coverage_share(pruned))
         covered = coverage(pruned)
@@ -178,18 +178,18 @@ def test_curve_equals_pruning_for_every_k(seed, tiled, bundled):
 @given(st.integers(0, 10**6), st.booleans(), st.integers(1, 6))
 def test_local_pruning_never_adds_anything(seed, tiled, k):
     embedding = random_embedding(seed, tiled)
-    pruned = prune_local(embedding, k)
+    pruned = finish(prune_local_steps(embedding, k))
     assert not np.any(pruned.node_mask() & ~embedding.node_mask())
     assert not np.any(coverage(pruned) & ~coverage(embedding))
     assert pruned.n_links <= embedding.n_links
-    everything = prune_local(embedding, embedding.shape[3])
+    everything = finish(prune_local_steps(embedding, embedding.shape[3]))
     assert everything.planes == embedding.planes and everything.n_links == embedding.n_links
 
 
 @pytest.mark.parametrize("k", [0, -1, 1.5])
 def test_local_pruning_keeps_at_least_one_segment(k):
     with pytest.raises(TuningError, match="keep at least 1"):
-        prune_local(random_embedding(3, False), k)
+        finish(prune_local_steps(random_embedding(3, False), k))
 
 
 def test_pruning_may_be_stopped_at_any_step():
@@ -222,14 +222,14 @@ def test_global_pruning_equals_the_explicit_one(seed, tiled):
         kept[..., worst] = False
         mask, n_links = slow.largest(kept)
         expected.append((worst, int(sums[worst]), int(mask.sum()), n_links))
-    found = prune_global(embedding, 1)
+    found = finish(prune_global_steps(embedding, 1))
     assert [(d.segment, d.variability, d.n_nodes, d.n_links) for d in found.dropped] == expected
     assert np.array_equal(found.embedding.node_mask(), mask)
     assert found.kept == tuple(left)
     assert all(drop.name == embedding.graph.segments[drop.segment].name for drop in found.dropped)
-    half = prune_global(embedding, (n_segments + 1) // 2)
+    half = finish(prune_global_steps(embedding, (n_segments + 1) // 2))
     assert half.dropped == found.dropped[: n_segments // 2]
-    everything = prune_global(embedding, n_segments)
+    everything = finish(prune_global_steps(embedding, n_segments))
     assert everything.embedding is embedding and everything.dropped == ()
 
 
@@ -237,7 +237,7 @@ def test_global_pruning_to_a_number_of_segments_that_there_is():
     embedding = random_embedding(3, False)
     for n in (0, embedding.shape[3] + 1, 1.5):
         with pytest.raises(TuningError, match="cannot be pruned"):
-            prune_global(embedding, n)
+            finish(prune_global_steps(embedding, n))
 
 
 # Skeletons and filling -----------------------------------------------------------------------------------------------
@@ -319,7 +319,7 @@ def test_budgets_keep_their_promises(seed, tiled, limit, places, loss, share, or
     costs = (embedding.n_nodes, embedding.n_links)
     before = embedding.n_links if limit is Limit.LINKS else table_bytes(*costs)
     wanted = BudgetSettings(limit, int(before * share), places, loss)
-    found = prune_to_budget(embedding, wanted, order)
+    found = finish(prune_to_budget_steps(embedding, wanted, order))
     result = found.embedding
     cost = result.n_links if limit is Limit.LINKS else table_bytes(result.n_nodes, result.n_links)
     assert (found.cost, found.cost_before) == (cost, before)
@@ -341,7 +341,7 @@ def test_random_problems_meet_some_budgets_and_miss_others():
     for seed in range(40):
         embedding = random_embedding(seed, False)
         if embedding.n_nodes:
-            met.append(prune_to_budget(embedding, BudgetSettings(budget=embedding.n_links // 3)).met)
+            met.append(finish(prune_to_budget_steps(embedding, BudgetSettings(budget=embedding.n_links // 3))).met)
     assert any(met) and not all(met)
 
 
@@ -370,7 +370,7 @@ def test_recorded_motion_pruned_locally(real):
     for k in (8, 3):
         best = finish(best_nodes_steps(real, k))
         assert np.array_equal(mask_of(real, best), mask & (order < k))
-        pruned = prune_local(real, k)
+        pruned = finish(prune_local_steps(real, k))
         chosen = np.flatnonzero(order[tuple(nodes.T)] < k)
         inside = links[chosen][:, chosen]
         _, label = connected_components(inside, connection="strong")
@@ -384,24 +384,24 @@ def test_recorded_motion_pruned_locally(real):
 @pytest.mark.parametrize("places", Places)
 def test_a_budget_keeps_more_coverage_than_the_k_rule_with_as_many_links(sample, places):
     for k, factor in ((2, 1.0), (6, 1.5)):
-        by_rule = prune_local(sample, k)
+        by_rule = finish(prune_local_steps(sample, k))
         wanted = BudgetSettings(budget=by_rule.n_links, places=places, coverage_loss=1.0)
-        found = prune_to_budget(sample, wanted)
+        found = finish(prune_to_budget_steps(sample, wanted))
         assert found.met and found.cost <= by_rule.n_links
         assert found.places >= factor * covered_places(by_rule, places).sum()
 
 
 def test_a_budget_is_used_up(sample):
-    skeleton = prune_to_budget(sample, BudgetSettings(budget=0))
+    skeleton = finish(prune_to_budget_steps(sample, BudgetSettings(budget=0)))
     assert not skeleton.met and skeleton.coverage_kept == 1
     assert skeleton.cost < sample.n_links / 4
     assert "The budget of 0 links cannot be met" in skeleton.describe()
     budget = sample.n_links // 3
     for order in (None, FillOrder.VARIABILITY):
-        found = prune_to_budget(sample, BudgetSettings(budget=budget), order)
+        found = finish(prune_to_budget_steps(sample, BudgetSettings(budget=budget), order))
         assert found.met and found.coverage_kept == 1 and found.cost > 0.99 * budget
         assert "keep 100% of the cells" in found.describe()
-    exactly = prune_to_budget(sample, BudgetSettings(budget=skeleton.cost))
+    exactly = finish(prune_to_budget_steps(sample, BudgetSettings(budget=skeleton.cost)))
     assert exactly.met and exactly.embedding.planes == skeleton.embedding.planes
 
 
@@ -419,7 +419,7 @@ def seconds_to_corner(embedding):
 @pytest.fixture(scope="module")
 def small(sample):
     """What the sample character's walk and turns make of the corner: few links, so that they can be written out."""
-    return prune_local(sample, 3)
+    return finish(prune_local_steps(sample, 3))
 
 
 TIME = Measure("mean time to the corner", "s", seconds_to_corner)
@@ -428,12 +428,12 @@ TIME = Measure("mean time to the corner", "s", seconds_to_corner)
 def test_a_measure_is_kept_even_where_the_budget_is_not(small):
     before = seconds_to_corner(small)
     loose = BudgetSettings(budget=small.n_links // 2, measure=TIME, measure_growth=1.5)
-    found = prune_to_budget(small, loose)
+    found = finish(prune_to_budget_steps(small, loose))
     assert found.met and found.measure_before == before
     assert found.measure == seconds_to_corner(found.embedding) <= 1.5 * before
     assert "with a mean time to the corner of" in found.describe() and " s instead of " in found.describe()
     tight = replace(loose, budget=small.n_links // 20, measure_growth=1.02)
-    found = prune_to_budget(small, tight)
+    found = finish(prune_to_budget_steps(small, tight))
     assert not found.met and found.cost < small.n_links
     assert seconds_to_corner(found.embedding) <= 1.02 * before
     assert found.coverage_kept == 1 and is_strongly_connected(found.embedding)
@@ -441,18 +441,21 @@ def test_a_measure_is_kept_even_where_the_budget_is_not(small):
 
 def test_a_measure_that_is_not_a_number_keeps_everything(small):
     nothing = Measure("nothing", "", lambda embedding: 1.0 if embedding is small else float("nan"))
-    found = prune_to_budget(small, BudgetSettings(budget=small.n_links // 2, measure=nothing))
+    found = finish(prune_to_budget_steps(small, BudgetSettings(budget=small.n_links // 2, measure=nothing)))
     assert found.embedding is small and not found.met
 
 
 def test_empty_embeddings_stay_empty():
     grid = Grid((6, 5, 4), 0.2)
     nothing = embed(sample_graph(), Environment(grid, np.ones((24, 20), dtype=bool)))
-    assert prune_local(nothing, 2).n_nodes == 0
-    assert len(pruning_curve(nothing).k) == 0 and pruning_curve(nothing).smallest_k(0.5) is None
-    assert prune_global(nothing, 1).embedding.n_nodes == 0
-    assert not integrated_variability(nothing).any()
-    found = prune_to_budget(nothing, BudgetSettings(budget=0))
+    assert finish(prune_local_steps(nothing, 2)).n_nodes == 0
+    assert (
+        len(finish(pruning_curve_steps(nothing)).k) == 0
+        and finish(pruning_curve_steps(nothing)).smallest_k(0.5) is None
+    )
+    assert finish(prune_global_steps(nothing, 1)).embedding.n_nodes == 0
+    assert not finish(integrated_variability_steps(nothing)).any()
+    found = finish(prune_to_budget_steps(nothing, BudgetSettings(budget=0)))
     assert found.met and found.coverage_kept == 1
 
 
@@ -481,8 +484,8 @@ def test_what_pruning_loses_stays_part_of_the_floor(seed):
         grid, np.zeros((48, 48), dtype=bool), (RegionMask("tunnel", RegionRule.REQUIRE, "low", tunnel),)
     )
     embedding = embed(replace(graph, segments=tuple(tagged)), environment)
-    curve, whole = pruning_curve(embedding), embedding.covered().any(axis=2).sum()
+    curve, whole = finish(pruning_curve_steps(embedding)), embedding.covered().any(axis=2).sum()
     for share in (0.5, 0.9, 0.98):
         k = curve.smallest_k(share * curve.floor_coverage[-1]) if whole else None
         if k is not None:
-            assert prune_local(embedding, k).covered().any(axis=2).sum() >= share * whole - 1e-6
+            assert finish(prune_local_steps(embedding, k)).covered().any(axis=2).sum() >= share * whole - 1e-6

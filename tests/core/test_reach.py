@@ -14,7 +14,7 @@ from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError, EvaluationError
-from core.evaluation.reach import NEVER, mean_time_to_reach, merged_frames_steps, time_from, time_to_reach
+from core.evaluation.reach import NEVER, mean_time_to_reach, merged_frames_steps, time_from_steps, time_to_reach_steps
 from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
@@ -34,6 +34,11 @@ def node_set(embedding, nodes):
 def small_embedding(seed, tiled, slowness=1):
     graph, environment = random_problem(seed, tiled)
     return embed(slower(graph, slowness), environment, SETTINGS)
+
+
+def field_of(forwards, embedding, nodes):
+    """Times from a set of nodes, or to it."""
+    return finish((time_from_steps if forwards else time_to_reach_steps)(embedding, nodes))
 
 
 def slow_frames(embedding, links, chosen, forwards):
@@ -57,7 +62,9 @@ def test_times_equal_those_over_explicit_links(seed, tiled, forwards, n_goals, s
     if len(nodes) == 0:
         return
     chosen = chosen_rows(seed, nodes, n_goals)
-    field = (time_from if forwards else time_to_reach)(embedding, node_set(embedding, nodes[chosen]))
+    field = finish(
+        (time_from_steps if forwards else time_to_reach_steps)(embedding, node_set(embedding, nodes[chosen]))
+    )
     assert np.array_equal(field.frames_at(nodes), slow_frames(embedding, links, chosen, forwards))
 
 
@@ -68,7 +75,7 @@ def test_random_times_are_long_enough_to_test_something():
         embedding = small_embedding(seed, seed % 2 == 0, 12 if seed % 3 else 100)
         nodes = embedding.to_csr()[0]
         if len(nodes):
-            field = time_to_reach(embedding, node_set(embedding, nodes[:1]))
+            field = finish(time_to_reach_steps(embedding, node_set(embedding, nodes[:1])))
             durations = [segment.n_frames - 1 for segment in embedding.graph.segments]
             narrow = min(durations) + 2 * max(durations) < 255
             kinds.add(narrow)
@@ -86,7 +93,9 @@ def test_times_equal_those_of_explicit_links_with_recorded_motions(data_folder, 
     nodes, links = embedding.to_csr()
     assert len(nodes) > 1000
     chosen = chosen_rows(3, nodes, 5)
-    field = (time_from if forwards else time_to_reach)(embedding, node_set(embedding, nodes[chosen]))
+    field = finish(
+        (time_from_steps if forwards else time_to_reach_steps)(embedding, node_set(embedding, nodes[chosen]))
+    )
     expected = slow_frames(embedding, links, chosen, forwards)
     assert expected.max() > 100
     assert np.array_equal(field.frames_at(nodes), expected)
@@ -100,9 +109,9 @@ def test_a_limit_leaves_out_what_is_later_and_nothing_else(seed, tiled, forwards
     if len(nodes) == 0:
         return
     goal = node_set(embedding, nodes[chosen_rows(seed, nodes, 1)])
-    search = time_from if forwards else time_to_reach
-    whole = search(embedding, goal).frames_at(nodes)
-    limited = search(embedding, goal, limit=last / 30).frames_at(nodes)
+    search = time_from_steps if forwards else time_to_reach_steps
+    whole = finish(search(embedding, goal)).frames_at(nodes)
+    limited = finish(search(embedding, goal, limit=last / 30)).frames_at(nodes)
     assert np.array_equal(limited, np.where(whole <= last, whole, NEVER))
 
 
@@ -139,7 +148,7 @@ def test_maps_and_sets_agree_with_single_nodes(seed, tiled, forwards, slowness):
     if len(nodes) == 0:
         return
     goal = node_set(embedding, nodes[chosen_rows(seed, nodes, 2)])
-    field = (time_from if forwards else time_to_reach)(embedding, goal)
+    field = field_of(forwards, embedding, goal)
     frames = np.full(embedding.shape, np.inf)
     frames[tuple(nodes.T)] = field.frames_at(nodes)
     rate = np.float32(embedding.graph.frame_rate)
@@ -176,7 +185,7 @@ def test_a_quickest_link_leads_on_from_everywhere(seed, tiled, forwards):
     nodes, links = embedding.to_csr()
     if len(nodes) == 0:
         return
-    field = (time_from if forwards else time_to_reach)(embedding, node_set(embedding, nodes[:1]))
+    field = field_of(forwards, embedding, node_set(embedding, nodes[:1]))
     start, end = links.nonzero()
     quickest = field.on_quickest_way(nodes[start], nodes[end])
     has_one = np.zeros(len(nodes), dtype=bool)
@@ -198,9 +207,12 @@ def test_forwards_and_backwards_agree_and_obey_the_triangle(seed, tiled):
         return
     chosen = nodes[chosen_rows(seed, nodes, 5)]
     there = np.array(
-        [time_from(embedding, node_set(embedding, [node])).frames_at(chosen) for node in chosen], dtype=int
+        [finish(time_from_steps(embedding, node_set(embedding, [node]))).frames_at(chosen) for node in chosen],
+        dtype=int,
     )
-    back = np.array([time_to_reach(embedding, node_set(embedding, [node])).frames_at(chosen) for node in chosen])
+    back = np.array(
+        [finish(time_to_reach_steps(embedding, node_set(embedding, [node]))).frames_at(chosen) for node in chosen]
+    )
     assert np.array_equal(there, back.T)
     assert np.all(there[:, None, :] <= there[:, :, None] + there[None, :, :])
 
@@ -218,14 +230,17 @@ def test_more_links_never_make_it_longer(seed, tiled, share):
     if len(left) == 0:
         return
     goal = node_set(embedding, left[chosen_rows(seed, left, 1)])
-    assert np.all(time_to_reach(embedding, goal).frames_at(left) <= time_to_reach(fewer, goal).frames_at(left))
+    assert np.all(
+        finish(time_to_reach_steps(embedding, goal)).frames_at(left)
+        <= finish(time_to_reach_steps(fewer, goal)).frames_at(left)
+    )
 
 
 def test_places_off_the_ground_and_other_tiles():
     for tiled in (False, True):
         embedding = next(e for e in (small_embedding(seed, tiled) for seed in range(50)) if e.n_nodes > 20)
         nodes = embedding.to_csr()[0]
-        field = time_to_reach(embedding, node_set(embedding, nodes[:1]))
+        field = finish(time_to_reach_steps(embedding, node_set(embedding, nodes[:1])))
         elsewhere = nodes + [embedding.shape[0], -2 * embedding.shape[1], 0, 0]
         expected = field.frames_at(nodes) if tiled else np.full(len(nodes), NEVER)
         assert np.array_equal(field.frames_at(elsewhere), expected)
@@ -238,20 +253,20 @@ def test_what_cannot_be_answered_is_said():
     embedding = next(e for e in (small_embedding(seed, False) for seed in range(50)) if e.n_nodes > 20)
     goal = node_set(embedding, embedding.to_csr()[0][:1])
     with pytest.raises(EvaluationError, match="No walk of the embedding"):
-        time_to_reach(embedding, [0] * len(goal))
+        finish(time_to_reach_steps(embedding, [0] * len(goal)))
     absent = node_set(embedding, np.argwhere(~embedding.node_mask())[:1])
     with pytest.raises(EvaluationError, match="No walk of the embedding"):
-        time_from(embedding, absent)
+        finish(time_from_steps(embedding, absent))
     with pytest.raises(EvaluationError, match="limit"):
-        time_to_reach(embedding, goal, limit=-1)
+        finish(time_to_reach_steps(embedding, goal, limit=-1))
     with pytest.raises(EvaluationError, match="before the start"):
-        time_to_reach(embedding, goal).area_within(-1)
+        finish(time_to_reach_steps(embedding, goal)).area_within(-1)
     tight = replace(embedding, settings=replace(embedding.settings, memory_limit=100.0))
     with pytest.raises(EmbeddingError, match="use a larger Cell Size"):
-        time_to_reach(tight, goal)
+        finish(time_to_reach_steps(tight, goal))
     nothing = restrict(embedding, [0] * len(goal))
     with pytest.raises(EvaluationError, match="empty"):
-        time_to_reach(nothing, goal)
+        finish(time_to_reach_steps(nothing, goal))
 
 
 def test_times_beyond_sixteen_bits_are_refused_unless_limited():
@@ -259,8 +274,8 @@ def test_times_beyond_sixteen_bits_are_refused_unless_limited():
     nodes = embedding.to_csr()[0]
     goal = node_set(embedding, nodes[:1])
     with pytest.raises(EmbeddingError, match="time limit"):
-        time_to_reach(embedding, goal)
-    field = time_to_reach(embedding, goal, limit=300)
+        finish(time_to_reach_steps(embedding, goal))
+    field = finish(time_to_reach_steps(embedding, goal, limit=300))
     expected = slow_frames(embedding, embedding.to_csr()[1], [0], False)
     assert np.array_equal(field.frames_at(nodes), np.where(expected <= 9000, expected, NEVER))
 
@@ -276,11 +291,11 @@ def test_memory_is_estimated_before_it_is_taken(tiled, forwards):
     grid = Grid.over_rectangle((0, 0), (5, 5), 0.25, 12, tiled)
     embedding = embed(sample_graph(), Environment(grid, np.zeros((80, 80), dtype=bool)))
     goal = node_set(embedding, np.argwhere(embedding.node_mask())[:1])
-    search = time_from if forwards else time_to_reach
+    search = time_from_steps if forwards else time_to_reach_steps
     tracemalloc.start()
-    search(embedding, goal)
+    finish(search(embedding, goal))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     with pytest.raises(EmbeddingError, match="would need"):
-        search(replace(embedding, settings=replace(embedding.settings, memory_limit=peak - 1.0)), goal)
-    search(replace(embedding, settings=replace(embedding.settings, memory_limit=2.0 * peak)), goal)
+        finish(search(replace(embedding, settings=replace(embedding.settings, memory_limit=peak - 1.0)), goal))
+    finish(search(replace(embedding, settings=replace(embedding.settings, memory_limit=2.0 * peak)), goal))

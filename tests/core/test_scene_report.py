@@ -14,12 +14,11 @@ from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import EvaluationError
-from core.evaluation.ablation import Kind, ablate
+from core.evaluation.ablation import Kind, ablate_steps
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.floor import ruled_cells
 from core.evaluation.goals import goal_at
-from core.evaluation.reach import PAPER_TIMES, time_to_reach
-from core.evaluation.telling_times import telling_times
+from core.evaluation.reach import PAPER_TIMES, round_times, time_to_reach_steps
 from core.evaluation.turn_balance import turn_balance
 from core.maps.colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
@@ -37,7 +36,7 @@ from core.report.scene_report import (
     scene_report,
     write_report,
 )
-from core.tuning.pruning_curve import pruning_curve
+from core.tuning.pruning_curve import pruning_curve_steps
 
 from .reference import random_problem
 
@@ -73,12 +72,12 @@ def test_numbers_are_those_of_the_evaluations(walked, report):
     lost = numbers["reach"]["links_lost_to_obstacles"] + numbers["reach"]["links_lost_to_regions"]
     assert walked.n_links <= numbers["reach"]["possible_links"] - lost
     assert numbers["turns"]["turn_balance"] == turn_balance(walked).total
-    field = time_to_reach(walked, goal_at(walked, (4.0, 1.0), 0.5))
-    times = telling_times(field.floor())
+    field = finish(time_to_reach_steps(walked, goal_at(walked, (4.0, 1.0), 0.5)))
+    times = round_times(field.floor())
     assert numbers["times"]["areas_m2"] == dict(zip(map(str, times), field.areas(times), strict=True))
-    losses = ablate(walked, [Kind.CLIP]).ranked(Kind.CLIP)
+    losses = finish(ablate_steps(walked, [Kind.CLIP])).ranked(Kind.CLIP)
     assert [row["name"] for row in numbers["importance"]["ablation_clips"]] == [loss.part.name for loss in losses]
-    curve = pruning_curve(walked)
+    curve = finish(pruning_curve_steps(walked))
     assert [row["nodes"] for row in numbers["pruning"]["pruning"]] == curve.n_nodes.tolist()
 
 
@@ -147,7 +146,7 @@ def test_a_map_as_png_is_the_map(walked, tmp_path, report):
 
 
 def test_the_quicker_the_lighter(walked):
-    field = time_to_reach(walked, goal_at(walked, (4.0, 1.0), 0.5))
+    field = finish(time_to_reach_steps(walked, goal_at(walked, (4.0, 1.0), 0.5)))
     chart = band_chart(FloorScene(walked.environment), "Times", field.floor(), PAPER_TIMES, "no way")
     floor = max((m.pixels for m in chart.marks if isinstance(m, Picture)), key=lambda p: p.size)[::-1].astype(int)
     light = floor.sum(axis=2).T[2::4, 2::4]

@@ -28,11 +28,11 @@ from core.environment.grid import Grid
 from core.environment.regions import RegionRule
 from core.errors import StudyError
 from core.evaluation.ablation import Kind, Verdict, parts
-from core.evaluation.capture.director import direct_capture
+from core.evaluation.capture.director import direct_capture_steps
 from core.evaluation.floor import floor_cells
-from core.evaluation.path_efficiency import path_efficiency
+from core.evaluation.path_efficiency import path_efficiency_steps
 from core.evaluation.variability import coverage_share, floor_variability
-from core.evaluation.why_not import Reason, why_not
+from core.evaluation.why_not import Reason, why_not_steps
 from core.expanse.work import Serial
 from core.maps.colors import RULED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
@@ -49,7 +49,7 @@ from core.study.results import failures, results_table
 from core.study.run import run_study, run_study_steps
 from core.study.settings import SETTINGS
 from core.study.subject import WholeGround
-from core.tuning.local_pruning import prune_local
+from core.tuning.local_pruning import prune_local_steps
 
 from .studies import few_clips, lay_out, plan, region, room, rows_of, small_graph
 
@@ -87,7 +87,7 @@ def test_a_case_is_what_doing_it_by_hand_gives(radius, cell_size, n_headings, ra
     footprint = FootprintSettings(position_rate=rate, rule=rule)
     embedding = embed(small_graph(), environment, EmbeddingSettings(footprint))
     if k:
-        embedding = prune_local(embedding, k)
+        embedding = finish(prune_local_steps(embedding, k))
     ways = floor_variability(embedding)
     assert list(found.numbers.values()) == [
         embedding.n_nodes,
@@ -118,14 +118,14 @@ def test_every_quantity_has_a_number():
         found[name] = measured(measure, ground)
         assert np.isfinite(found[name]), name
     assert found["nodes"] == embedding.n_nodes and found["segments"] == len(small_graph().segments)
-    by_hand = path_efficiency(embedding, np.random.default_rng(0), 8, 2)
+    by_hand = finish(path_efficiency_steps(embedding, np.random.default_rng(0), 8, 2))
     assert found["path_efficiency"] == by_hand.mean and found["worst_path_efficiency"] == by_hand.efficiency.min()
     assert 0 < found["least_action_coverage"] <= found["action_coverage"] <= 1
     assert 0 < found["time_to_reach"] < found["worst_time_to_reach"]
     assert found["time_from"] != found["time_to_reach"] and 0 < found["area_within"] < found["covered_area"]
     assert found["left_links"] + found["right_links"] + found["straight_links"] == embedding.n_links
     assert found["places"] == np.count_nonzero(embedding.covered())
-    advice = direct_capture(embedding)
+    advice = finish(direct_capture_steps(embedding))
     assert found["capture_area"] == advice.gains[0].floor > 0
     assert found["capture_motions"] == sum(gain.floor > 0 for gain in advice.gains)
     by_verdict = [
@@ -143,7 +143,7 @@ def test_what_can_only_be_crossed_is_not_missing():
     def missing(**options):
         return measured(checked_measure({"measure": "missing", **options}), ground)
 
-    why, floor = why_not(ground.embedding), floor_cells(ground.embedding)
+    why, floor = finish(why_not_steps(ground.embedding)), floor_cells(ground.embedding)
     assert (why == Reason.RULE).any() and floor.any() and not (why[floor] == Reason.RULE).any()
     assert 0 < missing() == pytest.approx(1 - measured(checked_measure("heading_coverage"), ground))
     by_reason = {r: missing(reason=r.name.lower()) for r in Reason if r not in (Reason.EMBEDDED, Reason.BLOCKED)}
@@ -228,11 +228,9 @@ OF_THEIR_OWN = {
     ("PathEfficiency", "worst"): "an index; the measure 'worst_path_efficiency' is its number",
     ("ReachField", "limit"): "what was asked for",
     ("ReachField", "frame_rate"): "a setting",
-    ("SimulatedOccupancy", "n_walkers"): "what was asked for",
-    ("SimulatedOccupancy", "duration"): "what was asked for",
 }
 #: Parts of results (one spot, one column), what was asked for, and tools of the evaluation itself.
-NO_RESULTS = {"WeakSpot", "WeakSpotSettings", "Candidate", "CandidateFamily", "Part", "Measure"}
+NO_RESULTS = {"WeakSpot", "WeakSpotSettings", "Candidate", "CandidateFamily", "Part", "Measure", "PlaceReport", "Query"}
 NO_RESULTS |= {"Stage", "Columns", "Flow", "Front"}
 
 

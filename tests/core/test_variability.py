@@ -18,7 +18,7 @@ from core.evaluation.variability import (
     coverage_share,
     floor_variability,
     heading_variability,
-    integrated_variability,
+    integrated_variability_steps,
     segment_variability,
     segment_variability_of,
     variability,
@@ -50,7 +50,7 @@ def assert_equals(embedding, ways):
     for heading in range(ways.shape[2]):
         assert np.array_equal(heading_variability(embedding, heading), ways[:, :, heading].sum(axis=2))
     assert np.array_equal(floor_variability(embedding), ways.sum(axis=(2, 3)))
-    assert np.array_equal(integrated_variability(embedding), ways.sum(axis=(0, 1, 2)))
+    assert np.array_equal(finish(integrated_variability_steps(embedding)), ways.sum(axis=(0, 1, 2)))
     assert np.array_equal(coverage(embedding), ways.sum(axis=3) > 0)
 
 
@@ -89,7 +89,7 @@ def test_recorded_motion_on_a_corner_of_a_room(data_folder):
     assert embedding.n_links > 10_000
     ways = csr_ways(embedding)
     assert np.array_equal(variability(embedding), ways.sum(axis=3))
-    assert np.array_equal(integrated_variability(embedding), ways.sum(axis=(0, 1, 2)))
+    assert np.array_equal(finish(integrated_variability_steps(embedding)), ways.sum(axis=(0, 1, 2)))
 
 
 @pytest.fixture(scope="module")

@@ -18,9 +18,10 @@ from core.evaluation.weak_spots import (
     Weakness,
     WeakSpotSettings,
     connected_areas,
-    weak_spots,
+    weak_spots_steps,
 )
-from core.evaluation.why_not import Reason, why_not
+from core.evaluation.why_not import Reason, why_not_steps
+from core.progress import finish
 
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph
@@ -73,11 +74,11 @@ def test_connected_areas_equal_a_brushfire(seed, n_axes, tiled, diagonal, densit
 def test_equals_the_brushfire_over_the_maps(seed, tiled, domain, diagonal, threshold, min_area):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     grid = embedding.environment.grid
-    found = weak_spots(embedding, WeakSpotSettings(domain, threshold, min_area, diagonal))
+    found = finish(weak_spots_steps(embedding, WeakSpotSettings(domain, threshold, min_area, diagonal)))
     values = floor_variability(embedding) if domain is Domain.FLOOR else variability(embedding)
     free = slow_floor(embedding.graph, embedding.environment, np.zeros(embedding.shape[:2], dtype=bool))
     free = free if domain is Domain.FLOOR else np.broadcast_to(free[:, :, None], values.shape)
-    reasons = why_not(embedding)
+    reasons = finish(why_not_steps(embedding))
     element = grid.cell_size**2 / (1 if domain is Domain.FLOOR else grid.n_headings)
     expected = {}
     for weakness, mask in (
@@ -125,7 +126,8 @@ def test_random_problems_have_both_kinds_of_spots():
     kinds = set()
     for seed in range(60):
         embedding = embed(*random_problem(seed, seed % 2 == 0), SETTINGS)
-        kinds |= {spot.weakness for spot in weak_spots(embedding, WeakSpotSettings(threshold=40, min_area=0)).spots}
+        found = finish(weak_spots_steps(embedding, WeakSpotSettings(threshold=40, min_area=0)))
+        kinds |= {spot.weakness for spot in found.spots}
     assert kinds == set(Weakness)
 
 
@@ -145,7 +147,7 @@ def closed_off():
 def test_a_closed_chamber_is_found_with_size_place_and_words():
     embedding = embed(sample_graph(), closed_off())
     assert embedding.n_nodes
-    spots = weak_spots(embedding, WeakSpotSettings(min_area=0.5)).spots
+    spots = finish(weak_spots_steps(embedding, WeakSpotSettings(min_area=0.5))).spots
     assert len(spots) == 1
     spot = spots[0]
     assert spot.weakness is Weakness.UNREACHED
@@ -154,7 +156,7 @@ def test_a_closed_chamber_is_found_with_size_place_and_words():
     assert spot.low == pytest.approx((-0.9, -0.9), abs=0.11) and spot.high == pytest.approx((-0.1, -0.1), abs=0.11)
     assert (spot.mean_variability, spot.lowest_variability, spot.heading) == (0, 0, None)
     assert "m² around (-0." in spot.describe() and "cannot be reached" in spot.describe()
-    assert weak_spots(embedding, WeakSpotSettings(min_area=2)).describe() == "There are no weak spots."
+    assert finish(weak_spots_steps(embedding, WeakSpotSettings(min_area=2))).describe() == "There are no weak spots."
 
 
 def unreached(grid, blocked):
@@ -168,12 +170,12 @@ def test_an_area_across_the_seam_of_a_tile_is_one():
     blocked = np.ones((40, 32), dtype=bool)
     blocked[:8, 8:16] = blocked[32:, 8:16] = False
     for domain in Domain:
-        (spot,) = weak_spots(unreached(grid, blocked), WeakSpotSettings(domain)).spots
+        (spot,) = finish(weak_spots_steps(unreached(grid, blocked), WeakSpotSettings(domain))).spots
         assert (spot.floor_area, spot.heading_share) == (pytest.approx(0.125), 1.0)
         assert (spot.low, spot.high) == ((1.0, 0.25), (1.5, 0.5))
         assert spot.position[0] in (0.0625, 1.1875)
     apart = unreached(replace(grid, tiled=False), blocked)
-    (left, right) = weak_spots(apart, WeakSpotSettings(min_area=0.0625)).spots
+    (left, right) = finish(weak_spots_steps(apart, WeakSpotSettings(min_area=0.0625))).spots
     assert (left.low, right.low) == ((0.0, 0.25), (1.0, 0.25))
 
 
@@ -181,7 +183,7 @@ def test_recorded_motion_in_a_room_with_a_nook(data_folder):
     grid = Grid.over_rectangle((0, 0), (4, 3.5), 0.125, 24)
     nook = np.concatenate([box_triangles((3.0, 1.2, 0), (4.0, 1.3, 2)), box_triangles((3.0, 1.9, 0), (4.0, 2.0, 2))])
     embedding = embed(recorded_graph(data_folder), build_environment(grid, nook))
-    found = weak_spots(embedding, WeakSpotSettings(threshold=100, min_area=0))
+    found = finish(weak_spots_steps(embedding, WeakSpotSettings(threshold=100, min_area=0)))
     assert embedding.n_nodes and found.spots
     ways, free = floor_variability(embedding), embedding.environment.free_cells()
     assert np.array_equal(found.labels > 0, free & (ways < 100))

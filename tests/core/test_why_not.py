@@ -9,7 +9,7 @@ from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.regions import RegionRule
-from core.evaluation.why_not import Reason, lost_links, lost_links_steps, why_not
+from core.evaluation.why_not import Reason, lost_links_steps, why_not_steps
 from core.progress import finish
 
 from .reference import explicit_embedding, point_free, random_problem
@@ -79,14 +79,14 @@ def slow_reasons(embedding, slow):
 def test_reasons_equal_those_of_the_explicit_links(seed, tiled):
     embedding = embed(*random_problem(seed, tiled), SETTINGS)
     slow = explicit_embedding(embedding.graph, embedding.environment, SETTINGS)
-    assert np.array_equal(why_not(embedding), slow_reasons(embedding, slow))
+    assert np.array_equal(finish(why_not_steps(embedding)), slow_reasons(embedding, slow))
 
 
 def test_every_reason_occurs_in_the_random_problems():
     """Guards the test above: no reason goes untested."""
     found = set()
     for seed in range(400):
-        found |= set(np.unique(why_not(embed(*random_problem(seed, seed % 2 == 0), SETTINGS))).tolist())
+        found |= set(np.unique(finish(why_not_steps(embed(*random_problem(seed, seed % 2 == 0), SETTINGS)))).tolist())
         if len(found) == len(Reason):
             return
     pytest.fail(f"never seen: {set(Reason) - found}")
@@ -96,7 +96,7 @@ def test_every_reason_occurs_in_the_random_problems():
 def test_lost_links_add_up(seed, tiled):
     graph, environment = random_problem(seed, tiled)
     embedding = embed(graph, environment, SETTINGS)
-    lost = lost_links(embedding)
+    lost = finish(lost_links_steps(embedding))
     bare = Environment(environment.grid, np.zeros_like(environment.blocked))
     unruled = Environment(environment.grid, environment.blocked)
     possible, unblocked, free = (

@@ -5,15 +5,16 @@ import numpy as np
 from ...core import wording
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.goals import goal_in_cells
-from ...core.evaluation.reach import PAPER_TIMES, time_to_reach
+from ...core.evaluation.reach import PAPER_TIMES, time_to_reach_steps
 from ...core.evaluation.variability import coverage_share, floor_variability, heading_variability
 from ...core.motion.repertoire import STEP_TAG
+from ...core.progress import finish
 from ...core.report.chart import Series, line_chart
 from ...core.report.floor_chart import amount_chart, band_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import table
-from ...core.tuning.global_pruning import prune_global
-from ...core.tuning.local_pruning import prune_local
+from ...core.tuning.global_pruning import prune_global_steps
+from ...core.tuning.local_pruning import prune_local_steps
 from .findings import Comparison, Findings, size_of
 from .graphs import PAPER_SEGMENTS
 from .room import PAPER_EMBEDDED_LINKS, PAPER_NODES, Rooms, beyond_the_step
@@ -33,7 +34,7 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
     whole, figures, rows, comparisons = rooms.embedding, {}, [], []
     lightest = _lightest(whole)
     for k, (nodes, links) in PAPER_LOCAL.items():
-        pruned = prune_local(whole, k)
+        pruned = finish(prune_local_steps(whole, k))
         figures[f"figure_5_k{k}"] = amount_chart(
             rooms.place.floor, f"{k} segments at each place", floor_variability(pruned), "ways", lightest=lightest
         )
@@ -92,10 +93,12 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
     # As many in proportion as the paper kept of its segments.
     targets = {paper: max(round(n * paper / PAPER_SEGMENTS), 1) for paper in PAPER_GLOBAL}
     lightest, figures, texts = _lightest(whole), {}, []
-    smallest = prune_global(whole, min(targets.values()))
+    smallest = finish(prune_global_steps(whole, min(targets.values())))
     lost_at = _step_lost_at(whole, smallest)
     for paper, kept in targets.items():
-        pruned = prune_global(whole, kept).embedding if kept != min(targets.values()) else smallest.embedding
+        pruned = (
+            finish(prune_global_steps(whole, kept)).embedding if kept != min(targets.values()) else smallest.embedding
+        )
         figures[f"figure_6_{paper}"] = amount_chart(
             rooms.place.floor, f"{kept} of {n} segments", floor_variability(pruned), "ways", lightest=lightest
         )
@@ -197,7 +200,7 @@ def draw_times(rooms: Rooms) -> Findings:
                 Comparison("Fig. 8: areas within 2, 3, 5, 7 s", "drawn", "none", "This motion does not step over."),
             ),
         )
-    field = time_to_reach(embedding, goal_in_cells(embedding, beyond, "the region beyond the step"))
+    field = finish(time_to_reach_steps(embedding, goal_in_cells(embedding, beyond, "the region beyond the step")))
     seconds = field.floor()
     chart = band_chart(rooms.place.floor, "Time to get beyond the step", seconds, PAPER_TIMES, "no way from here")
     # The region itself is no place to come from.
@@ -234,7 +237,7 @@ def _as_large(rooms: Rooms, share: float) -> tuple[float, int, float]:
     low, high, best = 0, rooms.embedding.shape[3], rooms.embedding
     while high - low > 1:
         middle = (low + high) // 2
-        pruned = prune_local(rooms.embedding, middle)
+        pruned = finish(prune_local_steps(rooms.embedding, middle))
         if pruned.n_nodes >= wanted:
             high, best = middle, pruned
         else:

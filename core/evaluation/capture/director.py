@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import wording
 from ...embedding.embedding import Embedding
-from ...progress import Progress, finish, portion
+from ...progress import Progress, portion
 from ..extent import Extent, Measure, extent
 from .candidate import Candidate, candidates
 from .trial import stage_steps
@@ -115,9 +115,9 @@ class CaptureAdvice:
         return [gain.describe(self.measure) for gain in useful[:n]]
 
 
-def direct_capture(
+def direct_capture_steps(
     embedding: Embedding, tried: Sequence[Candidate] | None = None, measure: Measure | None = None
-) -> CaptureAdvice:
+) -> Generator[Progress, None, CaptureAdvice]:
     """Which motion, if it were captured, would open most of the ground that is not reached?
 
     Each candidate is added to the motion graph alone. What it opens is exactly what embedding the larger graph would
@@ -136,13 +136,6 @@ def direct_capture(
     EmbeddingError
         The embedding was pruned.
     """
-    return finish(direct_capture_steps(embedding, tried, measure))
-
-
-def direct_capture_steps(
-    embedding: Embedding, tried: Sequence[Candidate] | None = None, measure: Measure | None = None
-) -> Generator[Progress, None, CaptureAdvice]:
-    """As :func:`direct_capture`, as a generator that yields progress."""
     if tried is None:
         tried = candidates(embedding, retimed=measure is not None)
     stage = yield from portion(stage_steps(embedding, tried), 0.0, 0.05)

@@ -5,7 +5,7 @@ from collections.abc import Generator
 from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.environment_coverage import environment_coverage
-from ...evaluation.variability import floor_variability_steps
+from ...evaluation.variability import variability_steps
 from ...evaluation.why_not import lost_links_steps
 from ...progress import Progress, portion
 from ..floor_chart import amount_chart
@@ -16,7 +16,7 @@ from .contribution import Contribution, Questions
 
 def reach_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
     """Coverage, variability, and what obstacles and regions cost."""
-    ways = yield from portion(floor_variability_steps(embedding), 0.0, 0.5)
+    ways = (yield from portion(variability_steps(embedding), 0.0, 0.5)).sum(axis=2)
     lost = yield from portion(lost_links_steps(embedding), 0.5, 1.0)
     found, scene = environment_coverage(embedding), questions.floor_scene(embedding)
     grid, graph = embedding.environment.grid, embedding.graph

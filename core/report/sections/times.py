@@ -8,8 +8,7 @@ from ... import wording
 from ...embedding.embedding import Embedding
 from ...errors import EvaluationError
 from ...evaluation.occupancy import occupancy_steps
-from ...evaluation.reach import time_to_reach_steps
-from ...evaluation.telling_times import telling_times
+from ...evaluation.reach import round_times, time_to_reach_steps
 from ...maps.scales import CIVIDIS
 from ...progress import Progress
 from ..finding_tables import reach_table
@@ -25,7 +24,7 @@ def times_section_steps(embedding: Embedding, questions: Questions) -> Generator
         raise EvaluationError("No goal was given; name one to see from where it is reached how soon.")
     field = yield from time_to_reach_steps(embedding, goal.nodes)
     seconds = field.floor()
-    times = telling_times(seconds)
+    times = round_times(seconds)
     chart = band_chart(
         questions.floor_scene(embedding), f"Time to reach {goal.name}", seconds, times, "no way from here"
     )

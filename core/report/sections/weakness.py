@@ -8,7 +8,7 @@ from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.detours import detours_steps
 from ...evaluation.turn_balance import turn_balance
-from ...evaluation.variability import floor_variability_steps
+from ...evaluation.variability import variability_steps
 from ...evaluation.weak_spots import Weakness, WeakSpotSettings, weak_spots_steps
 from ...progress import Progress, portion
 from ..chart import Swatch
@@ -31,7 +31,7 @@ _SOUND = (0.72, 0.72, 0.71)
 
 def weak_spots_section_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
     """Weak spots with reasons."""
-    ways = yield from portion(floor_variability_steps(embedding), 0.0, 0.2)
+    ways = (yield from portion(variability_steps(embedding), 0.0, 0.2)).sum(axis=2)
     usual = float(np.median(ways[ways > 0])) if ways.any() else 0.0
     settings = WeakSpotSettings(threshold=round(FEW_WAYS_SHARE * usual))
     found = yield from portion(weak_spots_steps(embedding, settings), 0.2, 1.0)
