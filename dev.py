@@ -160,67 +160,9 @@ def bench(arguments):
 
 
 def test(arguments):
-    if "--help" in arguments or "-h" in arguments:
-        print(
-            "python3 dev.py test [--blender VERSION] [PYTEST ARGUMENTS]\n\n"
-            "Without paths: style, types, docstrings, core tests, the same with the newest Python that there is and\n"
-            "without Blender (in .venv-core), Blender tests, and the workflow in Blender's window if\n"
-            "WAYFARER_BLENDER_ROOT (default /opt/blender-sid) holds a system with Blender. With paths: only the tests\n"
-            "named.\n"
-            "With --blender the tests inside Blender, in that version, which gets a .venv-VERSION of its own; one of:\n"
-            f"{', '.join(blenders())}.\n"
-            "Every other argument goes to pytest, for example: -k NAME, -x, --durations 10."
-        )
-        return 0
-    parser = argparse.ArgumentParser(prog="dev.py test", add_help=False, allow_abbrev=False)
-    parser.add_argument("--blender", metavar="VERSION", choices=blenders())
-    known, arguments = parser.parse_known_args(arguments)
-    if known.blender:
-        return test_in_blender(known.blender, arguments)
-    core_folder, blender_folder = ROOT / "tests" / "core", ROOT / "tests" / "blender"
-    window_folder = ROOT / "tests" / "window"
-    paths, options = split_test_paths(arguments)
-    core_paths = paths_inside(core_folder, paths)
-    blender_paths = paths_inside(blender_folder, paths)
-    window_paths = paths_inside(window_folder, paths)
-    for path in paths:
-        if not any(paths_inside(folder, [path]) for folder in (core_folder, blender_folder, window_folder)):
-            raise Trouble(f"{path} holds no tests; name a path in tests/core, tests/blender or tests/window.")
-    python = main_python()
-    run_pytest = [python, "-m", "pytest", *options]
-    results = []
-    if not paths:
-        sources = ["core", "addon", "tools", "docs", "tests", "dev.py", "__init__.py"]
-        sources = [name for name in sources if (ROOT / name).exists()]
-        results += run_parts(
-            ("style", [python, "-m", "ruff", "check", *sources]),
-            ("format", [python, "-m", "ruff", "format", "--check", *sources]),
-            ("types", [python, "-m", "basedpyright", "--pythonpath", python]),
-            ("docstrings", [python, str(ROOT / "dev.py"), "docs"]),
-        )
-        core_paths, blender_paths, window_paths = [str(core_folder)], [str(blender_folder)], [str(window_folder)]
-    # Two processes: loaded as `core` and as part of the extension, the same class would exist twice.
-    if core_paths:
-        parts = [("core tests", [*run_pytest, *core_paths])]
-        try:
-            newest = None if paths else newest_python()
-        except InstallTrouble as trouble:
-            # The other tests need nothing of it.
-            print(f"\n== core, newest\n{trouble}", flush=True)
-            newest = None
-            results.append(("core, newest", 1, 0.0))
-        if newest:
-            # Without a cache, which is that of the other.
-            command = [newest, "-m", "pytest", "-p", "no:cacheprovider", *options, *core_paths]
-            parts.append(("core, newest", command))
-        results += run_parts(*parts)
-    if blender_paths:
-        with blender_resources() as environment:
-            results += run_parts(("Blender tests", [*run_pytest, *blender_paths]), environment=environment)
-    if window_paths:
-        # Says why where there is no window.
-        results += run_parts(("window tests", [*run_pytest, "-rs", *window_paths]))
-    return summarize(results, selected=bool(arguments))
+    return subprocess.call(
+        [sys.executable, str(ROOT / "tests" / "run.py"), *arguments], env=dict(os.environ, PYTHONPATH=str(ROOT))
+    )
 
 
 def build(arguments):
@@ -266,24 +208,6 @@ def docs(arguments):
 # ---------------------------------------------------------------------------------- the versions of Blender
 
 
-def test_in_blender(version, arguments):
-    """The Blender tests, or some of them, in one version of Blender."""
-    folder = ROOT / "tests" / "blender"
-    paths, options = split_test_paths(arguments)
-    for path in paths:
-        if not paths_inside(folder, [path]):
-            raise Trouble(f"{path} runs in no Blender; with --blender name a path in tests/blender.")
-    try:
-        python = blender_venv(version).set_up()
-    except InstallTrouble as trouble:
-        raise Trouble(f"Blender {version} ({blenders()[version][0]}) cannot be installed here: {trouble}") from None
-    command = [python, "-m", "pytest", *options]
-    command += paths_inside(folder, paths) or [str(folder)]
-    with blender_resources() as environment:
-        results = run_parts((f"Blender {version}", command), environment=environment)
-    return summarize(results, selected=bool(arguments))
-
-
 def blenders():
     """Version of Blender -> (its bpy as a requirement, the Python that it needs), as requirements.txt names them."""
     pattern = r'^(?:# )?(bpy==(\d+\.\d+)\.\d+); python_version == "([\d.]+)"$'
@@ -295,92 +219,6 @@ def other_pythons():
     """The Python of each .venv-VERSION that is complete."""
     venvs = map(blender_venv, blenders())
     return [venv.python for venv in venvs if venv.stamp.exists()]
-
-
-# ------------------------------------------------------------------------------------------- test helpers
-
-
-def split_test_paths(arguments):
-    """The arguments of pytest as (paths, made absolute; everything else)."""
-    paths, options, previous = [], [], ""
-    for argument in arguments:
-        name, colons, test_id = argument.partition("::")
-        found = [base / name for base in (Path.cwd(), ROOT) if (base / name).exists()]
-        # `-k core` selects by name, although a folder `core` exists.
-        if argument.startswith("-") or previous in ("-k", "-m", "-p", "-c", "-o"):
-            options.append(argument)
-        elif name and found:
-            paths.append(str(found[0].resolve()) + colons + test_id)
-        elif "/" in name or name.endswith(".py"):
-            raise Trouble(f"There is no {name}; name a path in tests/core or tests/blender.")
-        else:
-            options.append(argument)
-        previous = argument
-    return paths, options
-
-
-def paths_inside(folder, paths):
-    """Those of the paths that lie in the folder; the folder itself for a path that contains it."""
-    inside = []
-    for path in paths:
-        location = Path(path.partition("::")[0])
-        if folder == location or folder in location.parents:
-            inside.append(path)
-        elif location in folder.parents:
-            inside.append(str(folder))
-    return inside
-
-
-def newest_python():
-    """The newest Python that there is, with all that the tests of the core need and nothing else; None without one."""
-    venv = core_venv()
-    if not venv.stamp.exists() and find_python(venv.pythons) is None:
-        versions = ", ".join(venv.pythons)
-        print(f"\n== core, newest: skipped, no Python of {versions} was found that can make a venv", flush=True)
-        return None
-    return venv.set_up()
-
-
-def run_parts(*parts, environment=None):
-    """Run parts (name, command) at the same time; (name, exit code, seconds) of each.
-
-    The first is seen at work, what the others say is shown when those before them are done.
-    """
-    with contextlib.ExitStack() as opened:
-        start, running = time.monotonic(), []
-        for name, command in parts:
-            output = opened.enter_context(tempfile.TemporaryFile()) if running else None
-            if output is None:
-                print(f"\n== {name}", flush=True)
-            process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=output, stderr=output)
-            running.append((name, process, output))
-        results = []
-        try:
-            for name, process, output in running:
-                results.append((name, process.wait(), time.monotonic() - start))
-                if output is not None:
-                    output.seek(0)
-                    print(f"\n== {name}\n{output.read().decode('utf-8', 'replace').rstrip()}", flush=True)
-        finally:
-            for _, process, _ in running[len(results) :]:
-                process.kill()
-                process.wait()
-    return results
-
-
-def summarize(results, selected):
-    no_tests = 5  # pytest's exit code where a selection matches nothing in one of the two folders
-    all_empty = all(code == no_tests for _, code, _ in results)
-    passed = True
-    print()
-    for name, code, seconds in results:
-        if code == no_tests and selected and not all_empty:
-            verdict = "no tests selected"
-        else:
-            verdict = "passed" if code == 0 else f"FAILED (exit code {code})"
-            passed = passed and code == 0
-        print(f"{name:14} {seconds:6.1f} s  {verdict}")
-    return 0 if passed else 1
 
 
 # ---------------------------------------------------------------------------------------------- extension
