@@ -67,7 +67,7 @@ def test_random_problems_are_not_all_trivial():
     assert sum(0 < len(e.links) < len(e.all_links) for e in found) > 15
 
 
-@settings(max_examples=1500)
+@settings(max_examples=500)
 @given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 10**6]), st.sampled_from([0, 10**6]))
 def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, explicit_links, bundled_bytes):
     """All ways to search lead to the same component, that of the explicit links, also where there are many."""
@@ -113,7 +113,7 @@ def components_by_size(network):
     return sorted(sizes[with_cycle].tolist(), reverse=True)
 
 
-@settings(max_examples=700)
+@settings(max_examples=250)
 @given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 200, 10**6]))
 def test_what_was_known_before_leads_to_the_same_component(seed, tiled, explicit_links):
     """Change after change, with a precedent and without, whatever is written out; and no other component is larger."""
@@ -164,7 +164,7 @@ def test_ends_of_links_are_those_of_the_links_written_out(seed, tiled):
     assert found_ends == only_added.nodes(indices[np.unique(ends)])
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.integers(0, 10**6), st.booleans(), st.floats(0.3, 1.0))
 def test_restricting_keeps_the_largest_component_of_the_nodes_left(seed, tiled, share):
     """Equal to SciPy's strong components of the written-out links between the nodes left."""

@@ -209,15 +209,15 @@ def test_a_folder_holds_one_ground_only(tmp_path):
 
 
 @pytest.mark.parametrize("tiled", [False, True])
-def test_forty_metres_of_recorded_motion_with_regions(data_folder, tmp_path, tiled):
-    """40 x 40 m with pillars, a strip that asks for a tag, a forbidden and a confining region: the same nodes."""
+def test_recorded_motion_with_regions(data_folder, tmp_path, tiled):
+    """24 x 24 m with pillars, a strip that asks for a tag, a forbidden and a confining region: the same nodes."""
     graph, rng = recorded_graph(data_folder), np.random.default_rng(7)
     tagged = [replace(s, tags={"low": np.full(s.n_frames, rng.random() < 0.2)}) for s in graph.segments]
     graph = replace(graph, segments=tuple(tagged))
-    grid = Grid.over_rectangle((0, 0), (40, 40), 0.2, 12, tiled=tiled)
+    grid = Grid.over_rectangle((0, 0), (24, 24), 0.2, 12, tiled=tiled)
     n = grid.shape[0] * SUBDIVISION
     blocked = np.zeros((n, n), dtype=bool)
-    for x, y in rng.integers(0, n - 16, (60, 2)):
+    for x, y in rng.integers(0, n - 16, (20, 2)):
         blocked[x : x + 16, y : y + 10] = True
     strip, forbidden, confined = (np.zeros((n, n), dtype=bool) for _ in range(3))
     strip[:, n // 2 : n // 2 + 6], forbidden[: n // 3, : n // 4], confined[n // 5 :] = True, True, True
@@ -231,7 +231,7 @@ def test_forty_metres_of_recorded_motion_with_regions(data_folder, tmp_path, til
         ),
     )
     whole = embed(graph, environment)
-    create_problem(tmp_path, graph, environment, EmbeddingSettings(), 10.0)
+    create_problem(tmp_path, graph, environment, EmbeddingSettings(), 8.0)
     found = embed_expanse(tmp_path)
     assert whole.n_nodes > 1_000_000 and found.n_parcels >= 9
     assert (found.n_nodes, found.n_links) == (whole.n_nodes, whole.n_links)

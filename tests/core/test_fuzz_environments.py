@@ -23,7 +23,7 @@ from core.playback.walk import WalkSettings, random_walk_steps
 from core.progress import finish
 from core.tuning.local_pruning import prune_local_steps
 
-from .motion_graphs import sample_graph
+from .studies import small_graph
 
 # Nightly: WAYFARER_FUZZ=100 tries a hundred times as many.
 CORE = Path(core.__path__[0])
@@ -149,7 +149,7 @@ def held_by_core():
 
 def test_memory_stays_bounded_over_a_hundred_embeddings():
     """Each knows the one before for a moment, and none of them all of their ancestors."""
-    rng, grid, graph = np.random.default_rng(0), Grid((8, 8, 4), 0.5), sample_graph()
+    rng, grid, graph = np.random.default_rng(0), Grid((8, 8, 4), 0.5), small_graph()
     embedding, taken = None, []
     tracemalloc.start()
     try:

@@ -31,6 +31,7 @@ from core.tuning.skeleton import Places, covered_places, plan_skeleton_steps, sk
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph
 from .reference import explicit_embedding, random_problem, slow_floor
+from .studies import small_graph
 
 SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 
@@ -476,7 +477,7 @@ def test_table_bytes():
 @pytest.mark.parametrize("seed", range(20))
 def test_what_pruning_loses_stays_part_of_the_floor(seed):
     """Where a tunnel asks for a tag, too: losing it is no gain, and the k that is said to keep a share does."""
-    rng, graph, grid = np.random.default_rng(seed), sample_graph(), Grid((12, 12, 8), 0.5)
+    rng, graph, grid = np.random.default_rng(seed), small_graph(), Grid((12, 12, 8), 0.5)
     tagged = [replace(s, tags={"low": np.full(s.n_frames, rng.random() < 0.15)}) for s in graph.segments]
     tunnel = np.zeros((48, 48), dtype=bool)
     tunnel[:, 24:] = True
