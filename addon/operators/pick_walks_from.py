@@ -4,7 +4,7 @@ import bpy
 
 from ..results.state import results
 from .asks_embedding import AsksEmbedding
-from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
+from .mixins import PicksOnFloor, clicked, ground_under, viewport_under
 
 
 class WAYFARER_OT_pick_walks_from(PicksOnFloor, AsksEmbedding, bpy.types.Operator):

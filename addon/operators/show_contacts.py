@@ -11,7 +11,7 @@ from ..render.image_editor import show_in_editor
 from ..render.raster import put_in_image
 from ..results.state import keep_contacts
 from ..scene.inputs import read_character_steps
-from .needs_clips import NeedsClips
+from .mixins import NeedsClips
 
 IMAGE_NAME = "Wayfarer Contacts"
 

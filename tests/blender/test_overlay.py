@@ -8,8 +8,8 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from bl_ext.user_default.wayfarer.addon.live import environment as environment_view
-from bl_ext.user_default.wayfarer.addon.operators.pick_place import tip_box
-from bl_ext.user_default.wayfarer.addon.operators.picks_on_floor import ground_under
+from bl_ext.user_default.wayfarer.addon.operators.floor_map import tip_box
+from bl_ext.user_default.wayfarer.addon.operators.mixins import ground_under
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, GROUND, RULES, body_lines
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, guarded, text_width
 from bl_ext.user_default.wayfarer.addon.results import state

@@ -6,7 +6,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon import properties
 from bl_ext.user_default.wayfarer.addon.bridge import text as numbers
-from bl_ext.user_default.wayfarer.addon.operators import _CLASSES as OPERATORS
+from bl_ext.user_default.wayfarer.addon.operators import CLASSES as OPERATORS
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.ui import lists, text
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS

@@ -6,9 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.operators.paint_map import FLOOR_NAME
 from bl_ext.user_default.wayfarer.addon.properties import MapQuantity
-from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
+from bl_ext.user_default.wayfarer.addon.render.floor import FLOOR_NAME, find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells, ruled_cells
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import (

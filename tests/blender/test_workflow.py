@@ -12,7 +12,7 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_CURVE as WALK_NAME
 from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.operators.paint_map import FLOOR_NAME
+from bl_ext.user_default.wayfarer.addon.render.floor import FLOOR_NAME
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.maps.colors import BLOCKED, UNREACHED, linear
 from bl_ext.user_default.wayfarer.core.playback.synthesis import SynthesisSettings, synthesize

@@ -1,6 +1,7 @@
-"""Add a character with everything that it can do."""
+"""The sample character and the sample scenes."""
 
 import bpy
+from bpy.props import EnumProperty
 
 from ...core.motion.repertoire import sample_repertoire
 from ...core.progress import Progress
@@ -8,19 +9,15 @@ from ..bridge.owned import CHARACTER, ensure_collection
 from ..bridge.text import counted, time
 from ..jobs import LongOperator
 from ..sample.character import add_sample_character
+from ..sample.layouts import LAYOUTS, layout_of
+from ..sample.scene_file import SCENES, append_scene_file
+from .mixins import NeedsObjectMode, reports_errors
 
 
-class WAYFARER_OT_add_sample_character(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_add_sample_character(NeedsObjectMode, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.add_sample_character"
     bl_label = "Add Sample Character"
     bl_description = "Add a character with walks, turns, starts, stops and steps over a low obstacle"
-
-    @classmethod
-    def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
-            return False
-        return True
 
     def steps(self, context):
         render = context.scene.render
@@ -37,3 +34,28 @@ class WAYFARER_OT_add_sample_character(LongOperator, bpy.types.Operator):
         tagged = sum(bool(clip.tags) for clip in clips)
         seconds = sum(clip.duration for clip in clips)
         self.report({"INFO"}, f"{counted(len(actions), 'clip')}, {time(seconds)} of motion, {tagged} of them tagged")
+
+
+class WAYFARER_OT_add_sample_room(NeedsObjectMode, bpy.types.Operator):
+    bl_idname = "wayfarer.add_sample_room"
+    bl_label = "Add Sample Scene"
+    bl_description = (
+        "Add a scene with obstacles and use it as the environment; a sample scene that was added before is replaced"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    sample: EnumProperty(
+        items=[(layout.key, layout.label, layout.description) for layout in LAYOUTS],
+        name="Scene",
+        description="Which scene to add",
+        default=LAYOUTS[0].key,
+    )
+
+    @reports_errors
+    def execute(self, context):
+        layout = layout_of(self.sample)
+        append_scene_file(context.scene, SCENES / layout.file_name)
+        self.report({"INFO"}, layout.description)
+
+
+CLASSES = (WAYFARER_OT_add_sample_character, WAYFARER_OT_add_sample_room)

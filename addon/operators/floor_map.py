@@ -1,16 +1,20 @@
-"""Ask the floor: the numbers of the place under the mouse."""
+"""The map on the floor, and the numbers of a place under the mouse."""
 
 import time
 
 import bpy
 
+from ...core.errors import EvaluationError
 from ...core.evaluation.place import PlaceReport, place_report
 from ...core.evaluation.why_not import why_not_steps
 from ...core.progress import finish
+from ..jobs import LongOperator
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
+from ..render.viewport import show_colors
+from ..results.painting import paint_floor
 from ..results.state import embedding_of, redraw, results
 from .asks_embedding import LooksAtEmbedding
-from .picks_on_floor import PicksOnFloor, clicked, ground_under, viewport_under
+from .mixins import PicksOnFloor, clicked, ground_under, reports_errors, viewport_under
 
 _SLICE = 0.02
 _TICK = 0.02
@@ -18,6 +22,28 @@ _TICK = 0.02
 
 _BESIDE = 18.0
 """Pixels from the mouse to the tooltip, at the interface's usual size."""
+
+
+class WAYFARER_OT_paint_map(LooksAtEmbedding, LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.paint_map"
+    bl_label = "Paint Map"
+    bl_description = (
+        "Colour the floor: the lighter, the more ways to pass, red where the character cannot go; or by the reason "
+        "why it cannot"
+    )
+
+    def steps(self, context):
+        embedding, settings = embedding_of(context.scene), context.scene.wayfarer.map
+        key, offset = settings.key, settings.offset
+        painted = yield from settings.kind.paint_steps(embedding, settings.to_core())
+        return embedding, key, offset, painted
+
+    def apply(self, context, result):
+        embedding, key, offset, painted = result
+        paint_floor(context.scene, embedding, painted, key, offset, in_operator=True)
+        show_colors(context.screen, context.scene)
+        self.report({"INFO"}, painted.report)
+        self.warn_if_stale(context.scene)
 
 
 class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator):
@@ -39,15 +65,14 @@ class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator)
         options={"SKIP_SAVE"},
     )
 
+    @reports_errors
     def execute(self, context):
         scene = context.scene
         embedding = embedding_of(scene)
         report = place_report(embedding, *self.location, reasons=finish(why_not_steps(embedding)))
         if report is None:
-            self.report({"ERROR"}, "That place is beside the ground; choose one on it")
-            return {"CANCELLED"}
+            raise EvaluationError("That place is beside the ground; choose one on it")
         self._keep(scene, report)
-        return {"FINISHED"}
 
     def begin(self, context):
         self._embedding, self._reasons, self._work = None, None, None
@@ -132,3 +157,6 @@ def tip_box(lines: list[str], scale: float) -> Box:
     for number, line in enumerate(lines):
         box.text(line.strip(), indent=10.0 * scale if line.startswith(" ") else 0.0, size=0.95, faint=number > 1)
     return box.done()
+
+
+CLASSES = (WAYFARER_OT_paint_map, WAYFARER_OT_pick_place)

@@ -1,7 +1,101 @@
-"""What operators that wait for a click on the floor have in common."""
+"""What operators have in common: what they need before they can run, a folder to choose, a click on the floor."""
+
+import functools
 
 import bpy
 from bpy_extras import view3d_utils
+
+from ...core.errors import MotionGraphError
+from ..bridge.clip_actions import character_problem
+from ..jobs import LongOperator
+
+
+class Needs:
+    """Mixin: an operator that cannot run without something."""
+
+    @classmethod
+    def problem(cls, context) -> str:
+        """Return what the operator lacks, as a sentence without a full stop; nothing if it can run."""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context):
+        problem = cls.problem(context)
+        if problem:
+            cls.poll_message_set(problem)
+        return not problem
+
+
+class NeedsObjectMode(Needs):
+    """Mixin: object mode."""
+
+    @classmethod
+    def problem(cls, context):
+        return "" if context.mode == "OBJECT" else "Switch to Object Mode first"
+
+
+class NeedsCharacter(Needs):
+    """Mixin: a character."""
+
+    @classmethod
+    def problem(cls, context):
+        return "" if context.scene.wayfarer.character else "Choose a character first"
+
+
+class NeedsRig(Needs):
+    """Mixin: a character that is an armature of the scene."""
+
+    @classmethod
+    def problem(cls, context):
+        return character_problem(context.scene)
+
+
+class NeedsClips(NeedsRig):
+    """Mixin: a character, and at least one of its clips ticked."""
+
+    @classmethod
+    def problem(cls, context):
+        if any(clip.use for clip in context.scene.wayfarer.clips):
+            return super().problem(context)
+        return super().problem(context) or "Give the character actions, refresh the clips and tick at least one"
+
+
+def reports_errors(execute):
+    """Decorate an operator's ``execute``: a MotionGraphError becomes a report, and nothing else has to be returned."""
+
+    @functools.wraps(execute)
+    def wrapped(self, context):
+        try:
+            return execute(self, context) or {"FINISHED"}
+        except MotionGraphError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    return wrapped
+
+
+class Browses(LongOperator):
+    """Mixin: long work on the folder ``directory``, which a file browser asks for unless it is given."""
+
+    _browsing = False
+
+    def invoke(self, context, event):
+        if self.directory:
+            return super().invoke(context, event)
+        self._browsing = True
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        if not self._browsing:
+            return super().execute(context)
+        # The file browser would stand still until all was done: the work is a step of undo of its own.
+        options = self.as_keywords(ignore=("files",))
+        if hasattr(self, "files"):
+            options["files"] = [{"name": file.name} for file in self.files]
+        operator = getattr(bpy.ops.wayfarer, type(self).__name__.removeprefix("WAYFARER_OT_"))
+        operator("INVOKE_DEFAULT", True, **options)
+        return {"CANCELLED"}
 
 
 class PicksOnFloor:

@@ -1,7 +1,7 @@
-"""Import a folder of motion capture onto one armature."""
+"""Motion from other files: BVH folders and .blend files."""
 
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringProperty
@@ -9,16 +9,18 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringPro
 from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
 from ...core.progress import Progress, portion
+from ..bridge.action_curves import action_curves
 from ..bridge.body import add_body
 from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, restore, what_is_there
-from ..bridge.owned import CHARACTER, ensure_collection
+from ..bridge.libraries import forget_file
+from ..bridge.owned import CHARACTER, WALK_PROPERTY, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
 from ..bridge.text import counted
-from ..jobs import LongOperator
+from .mixins import Browses, NeedsObjectMode, NeedsRig, reports_errors
 
 
-class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
+class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
     bl_idname = "wayfarer.import_bvh"
     bl_label = "Import BVH Folder"
     bl_description = "Import BVH files as actions of one new character: those that are selected, or all of a folder"
@@ -50,24 +52,6 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
         soft_max=0.6,
     )
     use_body: BoolProperty(name="Add Body", description="Add a simple body that shows the motion", default=True)
-
-    @classmethod
-    def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
-            return False
-        return True
-
-    _in_window = False
-
-    def invoke(self, context, event):
-        self._in_window = True
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context):
-        # The file selector ends here, too: from now on it is long work like any other.
-        return super().invoke(context, None) if self._in_window else super().execute(context)
 
     def steps(self, context):
         folder = Path(bpy.path.abspath(self.directory))
@@ -146,3 +130,69 @@ class WAYFARER_OT_import_bvh(LongOperator, bpy.types.Operator):
             if mask.any():
                 tags[action_uid] = {**clip.tags, tag: mask}, int(clip.first_frame)
         return tags, ""
+
+
+class WAYFARER_OT_append_actions(NeedsRig, bpy.types.Operator):
+    bl_idname = "wayfarer.append_actions"
+    bl_label = "Actions from File"
+    bl_description = "Add the actions of another .blend file, or of an asset library, that move the character's bones"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: StringProperty(name="File", description="The .blend file", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_blender: BoolProperty(default=True, options={"HIDDEN"})
+    filter_folder: BoolProperty(default=True, options={"HIDDEN"})
+    link: BoolProperty(
+        name="Link", description="Leave the actions in their file and follow its changes, instead of copying them"
+    )
+    assets_only: BoolProperty(
+        name="Only Assets", description="Leave out the actions of the file that are not marked as assets"
+    )
+
+    def invoke(self, context, event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    @reports_errors
+    def execute(self, context):
+        settings, path = context.scene.wayfarer, Path(bpy.path.abspath(self.filepath))
+        if not path.is_file():
+            raise ClipError(f"There is no file '{path}'; choose a .blend file")
+        if bpy.data.filepath and path.resolve() == Path(bpy.data.filepath).resolve():
+            raise ClipError("That is the file that is open; its actions are listed already")
+        before = {action.session_uid for action in bpy.data.actions}
+        try:
+            library: Any = bpy.data.libraries.load(str(path), link=self.link, assets_only=self.assets_only)
+            with library as (there, here):  # the stubs have it return nothing
+                here.actions = list(there.actions)
+        except (OSError, RuntimeError) as error:
+            raise ClipError(f"'{path.name}' cannot be read: {str(error).strip().splitlines()[-1]}") from None
+        loaded = [action for action in bpy.data.actions if action.session_uid not in before]
+        useless = [action for action in loaded if not _moves(settings.character, action)]
+        bpy.data.batch_remove(useless)
+        forget_file(path)
+        kept = len(loaded) - len(useless)
+        if kept == 0:
+            self.report({"WARNING"}, f"No new action of '{path.name}' moves bones of '{settings.character.name}'")
+            return {"CANCELLED"}
+        for action in bpy.data.actions:
+            if action.session_uid not in before and action.library is None:
+                action.use_fake_user = True
+                # Now it belongs to this character, whoever it was made for.
+                action_curves(settings.character, action).slot.name_display = settings.character.name
+        settings.refresh_clips()
+        left_out = f"; {counted(len(useless), 'other action')} left out" if useless else ""
+        self.report({"INFO"}, f"{counted(kept, 'clip')} from '{path.name}'{left_out}")
+        return {"FINISHED"}
+
+
+def _moves(character, action) -> bool:
+    if WALK_PROPERTY in action:
+        return False
+    try:
+        action_curves(character, action)
+    except ClipError:
+        return False
+    return True
+
+
+CLASSES = (WAYFARER_OT_import_bvh, WAYFARER_OT_append_actions)

@@ -1,8 +1,26 @@
-"""Add regions to the environment and remove them."""
+"""The body's radius, and the regions."""
 
 import bpy
 
+from ...core.motion.body_size import body_radius
+from ..bridge.rig import bind_rig
+from ..bridge.text import length
 from ..properties.environment import REGION_TYPES
+from .mixins import Needs, NeedsCharacter, reports_errors
+
+
+class WAYFARER_OT_fit_radius(NeedsCharacter, bpy.types.Operator):
+    bl_idname = "wayfarer.fit_radius"
+    bl_label = "Radius from Character"
+    bl_description = "Set the radius to half the width of the character's shoulders, and what flesh adds to it"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @reports_errors
+    def execute(self, context):
+        settings = context.scene.wayfarer
+        radius = body_radius(bind_rig(settings.character).skeleton)
+        settings.environment.radius = radius
+        self.report({"INFO"}, f"The character needs {length(radius)} to each side")
 
 
 class WAYFARER_OT_add_region(bpy.types.Operator):
@@ -21,22 +39,22 @@ class WAYFARER_OT_add_region(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class WAYFARER_OT_remove_region(bpy.types.Operator):
+class WAYFARER_OT_remove_region(Needs, bpy.types.Operator):
     bl_idname = "wayfarer.remove_region"
     bl_label = "Remove Region"
     bl_description = "Remove the region from the list; its object stays"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def problem(cls, context):
         environment = context.scene.wayfarer.environment
-        if not 0 <= environment.active_region < len(environment.regions):
-            cls.poll_message_set("Choose a region first")
-            return False
-        return True
+        return "" if 0 <= environment.active_region < len(environment.regions) else "Choose a region first"
 
     def execute(self, context):
         environment = context.scene.wayfarer.environment
         environment.regions.remove(environment.active_region)
         environment.active_region = max(0, min(environment.active_region, len(environment.regions) - 1))
         return {"FINISHED"}
+
+
+CLASSES = (WAYFARER_OT_fit_radius, WAYFARER_OT_add_region, WAYFARER_OT_remove_region)

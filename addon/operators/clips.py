@@ -1,0 +1,195 @@
+"""The list of clips, and what is wrong with them."""
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+
+from ...core.errors import ClipError
+from ...core.motion.doctor import Remedy, RemedyKind
+from ...core.motion.in_place import with_root_motion
+from ...core.progress import Progress, portion
+from ..bridge.read_actions import read_clip
+from ..bridge.text import counted
+from ..bridge.write_action import write_clip
+from ..examination import ClipHealth, clip_health, clip_motions
+from ..jobs import LongOperator
+from ..results.state import health_of, keep_health, keep_motion
+from ..scene.inputs import doctor_settings, read_character_steps
+from ..scene.motion_fingerprint import action_fingerprint
+from .mixins import NeedsCharacter, NeedsClips, NeedsRig, reports_errors
+
+
+class WAYFARER_OT_refresh_clips(NeedsRig, bpy.types.Operator):
+    bl_idname = "wayfarer.refresh_clips"
+    bl_label = "Refresh Clips"
+    bl_description = "Find all actions that animate the character"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        settings = context.scene.wayfarer
+        new = settings.refresh_clips()
+        if len(settings.clips) == 0:
+            self.report({"WARNING"}, f"No action animates '{settings.character.name}'")
+        else:
+            self.report({"INFO"}, f"{counted(len(settings.clips), 'clip')}, {new} new")
+        return {"FINISHED"}
+
+
+class WAYFARER_OT_choose_clip(bpy.types.Operator):
+    bl_idname = "wayfarer.choose_clip"
+    bl_label = "Show Findings"
+    bl_description = "Choose this clip and show what was found in it"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    clip: IntProperty(name="Clip", description="Place in the list", min=0, options={"SKIP_SAVE"})
+
+    @classmethod
+    def description(cls, context, properties):
+        clips = context.scene.wayfarer.clips
+        action = clips[properties.clip].action if properties.clip < len(clips) else None
+        health = health_of(context.scene, action) if action else None
+        if health is None:
+            return cls.bl_description
+        return "\n".join(health.sentences).removesuffix(".") or "Nothing is wrong with this clip"
+
+    def execute(self, context):
+        settings = context.scene.wayfarer
+        if self.clip >= len(settings.clips):
+            return {"CANCELLED"}
+        settings.active_clip = self.clip
+        return {"FINISHED"}
+
+
+class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.examine_clips"
+    bl_label = "Examine Clips"
+    bl_description = (
+        "Look for T-poses, frozen or lost channels, pops, missing root motion and clips that are too short, in all "
+        "clips that are ticked; nothing is changed"
+    )
+
+    def steps(self, context):
+        scene = context.scene
+        settings = doctor_settings(scene)
+        read = yield from portion(read_character_steps(scene), 0.0, 0.3)
+        found = {name: ClipHealth(problem=reason) for name, reason in read.problems}
+        motions = {}
+        for done, clip in enumerate(read.clips):
+            yield Progress(0.3 + 0.7 * done / len(read.clips), f"Examining {clip.name}")
+            motions.update(clip_motions([clip]))
+            found[clip.name] = clip_health(clip, settings)
+        return found, read.seen, motions
+
+    def apply(self, context, result):
+        found, seen, motions = result
+        for name, health in found.items():
+            keep_health(context.scene, name, seen[name], health)
+        for name, motion in motions.items():
+            keep_motion(context.scene, name, seen[name], motion)
+        ill = [name for name, health in found.items() if not health.is_healthy]
+        if ill:
+            n_findings = sum(len(health.sentences) for health in found.values())
+            self.report({"WARNING"}, f"{counted(n_findings, 'finding')} in {len(ill)} of {counted(len(found), 'clip')}")
+        else:
+            self.report({"INFO"}, f"Nothing is wrong with {counted(len(found), 'clip')}")
+
+
+class WAYFARER_OT_apply_remedy(NeedsCharacter, bpy.types.Operator):
+    bl_idname = "wayfarer.apply_remedy"
+    bl_label = "Apply Remedy"
+    bl_description = "Do what is proposed; the keys of the action stay as they are"
+    bl_options = {"REGISTER", "UNDO"}
+
+    action: StringProperty(name="Action", description="Name of the action", options={"SKIP_SAVE"})
+    finding: IntProperty(
+        name="Finding", description="Which of its findings, counted from zero", min=0, options={"SKIP_SAVE"}
+    )
+
+    @classmethod
+    def description(cls, context, properties):
+        remedy = _remedy(context.scene, properties.action, properties.finding)
+        return _DESCRIPTIONS[remedy.kind] if remedy else cls.bl_description
+
+    @reports_errors
+    def execute(self, context):
+        scene = context.scene
+        remedy = _remedy(scene, self.action, self.finding)
+        action = bpy.data.actions.get(self.action)
+        health = health_of(scene, action) if action is not None else None
+        if remedy is None or health is None:
+            raise ClipError(f"The action '{self.action}' has changed since it was examined; examine it again.")
+        done = _TREATMENTS[remedy.kind](scene, action, health, remedy)
+        _examine(scene, action)
+        self.report({"INFO"}, done)
+
+
+def _remedy(scene, action_name: str, finding: int) -> Remedy | None:
+    """Return what is proposed about a finding, if it still stands."""
+    listed = (clip.action for clip in scene.wayfarer.clips if clip.action is not None)
+    action = next((action for action in listed if action.name == action_name), None)
+    health = health_of(scene, action) if action else None
+    return health.findings[finding].remedy if health and finding < len(health.findings) else None
+
+
+def _trim(scene, action, health: ClipHealth, remedy: Remedy) -> str:
+    first, last = health.frame_range(remedy.kept[0])
+    _set_range(action, first, last)
+    return f"'{action.name}' now lasts from frame {first:g} to frame {last:g}"
+
+
+def _drop(scene, action, health: ClipHealth, remedy: Remedy) -> str:
+    scene.wayfarer.replace_clip(action, ())
+    return f"'{action.name}' is no longer in use"
+
+
+def _split(scene, action, health: ClipHealth, remedy: Remedy) -> str:
+    # Copies with other frame ranges: baking would lose the curves between whole frames, and whatever else is keyed.
+    parts = []
+    for number, kept in enumerate(remedy.kept, start=1):
+        part = action.copy()
+        part.name = f"{action.name} (part {number})"
+        part.use_fake_user = True
+        _set_range(part, *health.frame_range(kept))
+        parts.append(part)
+    scene.wayfarer.replace_clip(action, parts)
+    for part in parts:
+        _examine(scene, part)
+    return f"{len(parts)} parts of '{action.name}' take its place"
+
+
+def _add_root_motion(scene, action, health: ClipHealth, remedy: Remedy) -> str:
+    character = scene.wayfarer.character
+    clip = with_root_motion(read_clip(character, action), feet=doctor_settings(scene).feet)
+    moving = write_clip(character, clip, f"{action.name} (root motion)", round(clip.first_frame))
+    moving.use_fake_user = True
+    scene.wayfarer.replace_clip(action, [moving])
+    _examine(scene, moving)
+    return f"'{moving.name}' travels over the ground and takes the place of '{action.name}'"
+
+
+def _set_range(action, first: float, last: float) -> None:
+    action.use_frame_range = True
+    action.frame_start, action.frame_end = first, last
+
+
+def _examine(scene, action) -> None:
+    """Examine anew what the remedy has changed, so that the next one counts from there."""
+    health = clip_health(read_clip(scene.wayfarer.character, action), doctor_settings(scene))
+    keep_health(scene, action.name, action_fingerprint(scene, action), health)
+
+
+_TREATMENTS = {
+    RemedyKind.TRIM: _trim,
+    RemedyKind.SPLIT: _split,
+    RemedyKind.DROP: _drop,
+    RemedyKind.ROOT_MOTION: _add_root_motion,
+}
+_DESCRIPTIONS = {
+    RemedyKind.TRIM: "Give the action a manual frame range that leaves these frames out; its keys stay as they are",
+    RemedyKind.SPLIT: "Add a copy of the action for each part, with a manual frame range, and untick the action",
+    RemedyKind.DROP: "Untick the action; it stays in the file",
+    RemedyKind.ROOT_MOTION: "Bake a copy of the action that travels over the ground as its standing feet say, and "
+    "untick the action",
+}
+
+
+CLASSES = (WAYFARER_OT_refresh_clips, WAYFARER_OT_choose_clip, WAYFARER_OT_examine_clips, WAYFARER_OT_apply_remedy)
