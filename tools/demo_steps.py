@@ -4,6 +4,7 @@ import os
 import sys
 import tempfile
 from argparse import Namespace
+from dataclasses import dataclass, replace
 from typing import cast
 
 import bpy
@@ -18,12 +19,13 @@ from ..addon.render.map_picture import MapScene, draw_map
 from ..addon.render.view_picture import choose_moments, draw_view
 from ..addon.render.viewport import add_camera_and_sun, set_up_viewports
 from ..addon.results.state import embedding_of, graph_of, results, walk_of
-from ..addon.walks.choosing import TriedWalk, tried_walks_steps
-from ..addon.walks.motion import read_motion_request
-from ..addon.walks.request import read_request
+from ..addon.walks.request import read_motion_request, read_request
 from ..core.errors import ClipError, MotionGraphError, SceneError
 from ..core.evaluation.floor import floor_cells
 from ..core.evaluation.weak_spots import connected_areas
+from ..core.playback.styles import walk_steps
+from ..core.playback.walk import Walk
+from ..core.playback.walk_motion import motion_steps
 from ..core.progress import finish
 
 _FRAME_RATE = 30
@@ -87,15 +89,41 @@ def _complete(scene, file_name: str) -> None:
         )
 
 
+@dataclass(frozen=True)
+class TriedWalk:
+    """A walk that was tried.
+
+    Attributes
+    ----------
+    seed : int
+    defects : float
+        As :attr:`core.playback.quality.WalkQuality.defects` counts them, after the feet were held.
+    crosses : bool
+        It plays what the regions ask for, such as a step over; True if they ask for nothing.
+    """
+
+    seed: int
+    defects: float
+    crosses: bool
+
+
 def _choose_walk() -> list[TriedWalk]:
-    context = bpy.context
-    scene = context.scene
-    steps = tried_walks_steps(
-        embedding_of(scene), read_request(context), read_motion_request(scene), range(_TRIED_WALKS)
-    )
-    tried = finish(steps)
+    """Walk with some seeds, and choose the best: one that crosses what there is to cross, with the fewest defects."""
+    scene = bpy.context.scene
+    embedding, request, motion_request = embedding_of(scene), read_request(bpy.context), read_motion_request(scene)
+    tried = []
+    for seed in range(_TRIED_WALKS):
+        walk = finish(walk_steps(embedding, replace(request, seed=seed)))
+        tried.append(TriedWalk(seed, finish(motion_steps(walk, motion_request)).after.defects, _crosses(walk)))
+    tried.sort(key=lambda found: (not found.crosses, found.defects, found.seed))
     scene.wayfarer.walk.seed = tried[0].seed
     return tried
+
+
+def _crosses(walk: Walk) -> bool:
+    tags, segments = walk.embedding.environment.tags, walk.embedding.graph.segments
+    known = tags & {tag for segment in segments for tag in segment.tags}
+    return not known or any(known & set(segments[s].tags) for s in set(walk.segments.tolist()))
 
 
 def _open(path) -> None:

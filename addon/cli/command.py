@@ -21,19 +21,18 @@ import numpy as np
 
 from ...core.errors import MotionGraphError
 from ...core.evaluation.variability import variability_steps
+from ...core.playback.styles import STYLES, walk_steps
+from ...core.playback.walk_motion import motion_steps
 from ...core.report.scene_report import report_files
 from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..exports.folder import check_folder, write_files
 from ..exports.report import scene_report_steps
-from ..properties.walk import WalkStyle, WalkTarget
 from ..results.advice import embedding_advice, start_advice
 from ..results.file import find_saved
 from ..results.state import embedding_is_stale, embedding_of, graph_is_stale, graph_of, results
 from ..results.workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
 from ..walks.baking import bake_motion
-from ..walks.motion import motion_steps, read_motion_request
-from ..walks.planning import walk_steps
-from ..walks.request import read_request
+from ..walks.request import read_motion_request, read_request
 from .large_ground import evaluate_in_parcels
 from .numbers import embedding_numbers, graph_numbers, warnings
 from .output import Aloud, clean_output, finish_aloud, say, summary_lines
@@ -98,7 +97,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
     if options.seed is not None:
         settings.seed = options.seed
     if options.to:
-        settings.style, settings.target = WalkStyle.PLACE.name, WalkTarget.CURSOR.name
+        settings.style, settings.target = "PLACE", "CURSOR"
         scene.cursor.location.xy = options.to
         settings.walk_on = options.duration is not None
     if options.within is not None:
@@ -111,7 +110,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
     if options.start:
         request = replace(request, start=tuple(options.start))
     made = finish_aloud(walk_steps(embedding, request))
-    closed = request.style is WalkStyle.LOOP
+    closed = STYLES[request.style].closed
     action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene, closed=closed))))
     path = made.root_path
     advice = start_advice(request.start, made)

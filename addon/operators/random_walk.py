@@ -2,17 +2,16 @@
 
 import bpy
 
+from ...core.playback.styles import STYLES, walk_steps
+from ...core.playback.walk_motion import motion_steps
 from ...core.progress import Progress, portion
 from ..bridge.text import counted, length, time
 from ..bridge.text import slide as slide_words
 from ..jobs import LongOperator
-from ..properties import WalkStyle
 from ..results.advice import start_advice
 from ..results.state import embedding_of, results
 from ..walks.baking import bake_motion
-from ..walks.motion import motion_steps, read_motion_request
-from ..walks.planning import walk_steps
-from ..walks.request import read_request, walk_problem
+from ..walks.request import read_motion_request, read_request, walk_problem
 from .needs_embedding import NeedsEmbedding
 
 
@@ -32,7 +31,7 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
 
     def steps(self, context):
         request = read_request(context)
-        motion_request = read_motion_request(context.scene, closed=request.style is WalkStyle.LOOP)
+        motion_request = read_motion_request(context.scene, closed=STYLES[request.style].closed)
         embedding = embedding_of(context.scene)
         walk = yield from portion(walk_steps(embedding, request), 0.0, 0.5)
         motion = yield from portion(motion_steps(walk, motion_request), 0.5, 0.9)

@@ -3,14 +3,12 @@
 import bpy
 import numpy as np
 
-from ...core.playback.walk import WalkSettings, nearest_node, random_walk_steps
-from ...core.playback.wandering import wandering_walk_steps
+from ...core.playback.styles import STYLES, WalkRequest
 from ...core.progress import Progress, portion
 from ..bridge.owned import OUTPUT, ensure_collection, find_collection, walk_fan
 from ..bridge.text import counted, time
 from ..bridge.text import place as place_words
 from ..jobs import LongOperator
-from ..properties import WalkStyle
 from ..render.walk_fan import draw_walk_fan, remove_walk_fan
 from ..results.advice import start_advice
 from ..results.state import embedding_of, results
@@ -34,13 +32,11 @@ class WAYFARER_OT_walks_from(AsksEmbedding, LongOperator, bpy.types.Operator):
     def steps(self, context):
         settings, embedding = context.scene.wayfarer.queries, embedding_of(context.scene)
         rng, place = np.random.default_rng(settings.seed), tuple(self.location)
-        n_walks, duration, style = settings.n_walks, settings.duration, WalkStyle[settings.style]
-        walking = wandering_walk_steps if style is WalkStyle.WANDER else random_walk_steps
+        n_walks, request = settings.n_walks, WalkRequest(settings.style, duration=settings.duration, start=place)
         walks = []
         for number in range(n_walks):
             yield Progress(number / n_walks, "Walking")
-            start = nearest_node(embedding, place, rng)
-            steps = walking(embedding, rng, WalkSettings(duration, start))
+            steps = STYLES[request.style].plan(embedding, request, rng)
             walks.append((yield from portion(steps, number / n_walks, (number + 1) / n_walks)))
         return walks, place
 

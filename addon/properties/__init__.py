@@ -24,9 +24,8 @@ from . import (
 )
 from .environment import GroundSource
 from .floor_map import MapQuantity
-from .walk import WalkStart, WalkStyle
 
-__all__ = ["CLASSES", "GroundSource", "MapQuantity", "WalkStart", "WalkStyle", "register", "unregister"]
+__all__ = ["CLASSES", "GroundSource", "MapQuantity", "register", "unregister"]
 
 # A group comes after those that it is made of.
 CLASSES = (

@@ -4,7 +4,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.playback.crowd import CrowdSettings
-from .walk_weighting import WEIGHTING_ITEMS, WalkWeighting
+from .walk_weighting import WEIGHTING_ITEMS
 
 _CROWD = CrowdSettings()
 
@@ -44,7 +44,7 @@ class WayfarerCrowdSettings(bpy.types.PropertyGroup):
         items=WEIGHTING_ITEMS,
         name="Prefer",
         description="Which links walkers take more often than others",
-        default=WalkWeighting.PLACES.name,
+        default="PLACES",
         options=set(),
     )
     n_walking: IntProperty(name="Walking", description="How many walkers got a walk", options=set())

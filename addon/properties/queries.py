@@ -11,7 +11,6 @@ from ...core.evaluation.reach import PAPER_TIMES
 from .enums import enum_items
 from .floor_map import map_changed
 from .graph_names import clip_names, matching, tag_names
-from .walk import WalkStyle
 
 _QUERY = Query()
 
@@ -114,15 +113,13 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         options=set(),
     )
     style: EnumProperty(
-        items=enum_items(
-            {
-                WalkStyle.WANDER: ("Wander", "From place to place, all parts of the floor alike"),
-                WalkStyle.RANDOM: ("Random Links", "Every link is equally likely, also those that only shuffle"),
-            }
-        ),
+        items=[
+            ("WANDER", "Wander", "From place to place, all parts of the floor alike"),
+            ("RANDOM", "Random Links", "Every link is equally likely, also those that only shuffle"),
+        ],
         name="Style",
         description="How the walks choose their way",
-        default=WalkStyle.WANDER.name,
+        default="WANDER",
         options=set(),
     )
     seed: IntProperty(name="Seed", description="Another number, other walks", default=0, min=0, options=set())

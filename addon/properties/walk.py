@@ -1,113 +1,56 @@
 """How the character walks."""
 
 import math
-from enum import Enum
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...core.playback.cleanup import CleanupSettings
 from ...core.playback.curve import CurveSettings
+from ...core.playback.styles import STYLES, WalkStyle
 from ...core.playback.synthesis import SynthesisSettings
 from . import crowd, walk_report
 from .crowd import WayfarerCrowdSettings
-from .enums import enum_items
 from .graph_names import clip_names, tag_names
 from .walk_report import WayfarerWalkReport
-from .walk_weighting import WEIGHTING_ITEMS, WalkWeighting
+from .walk_weighting import WEIGHTING_ITEMS
 
 _CLEANUP, _CURVE, _SYNTHESIS = CleanupSettings(), CurveSettings(), SynthesisSettings()
 
 
-class WalkStart(Enum):
-    """Where a walk can start."""
-
-    RANDOM = "random"
-    CURSOR = "cursor"
-    ACTIVE_OBJECT = "active object"
-    OBJECT = "object"
+def _when(settings, name: str, value: str, other: str) -> tuple[str, ...]:
+    """The property ``name``, and another one while it has a value."""
+    return (name, other) if getattr(settings, name) == value else (name,)
 
 
-class WalkStyle(Enum):
-    """How a walk chooses its links."""
-
-    WANDER = "wander"
-    RANDOM = "random"
-    PLACE = "to a place"
-    WAYPOINTS = "waypoints"
-    CURVE = "along a curve"
-    LOOP = "loop"
-    PERFORM = "perform"
-
-
-class WalkTarget(Enum):
-    """What tells where to go."""
-
-    CURSOR = "cursor"
-    OBJECT = "object"
-
-
-class WalkFacing(Enum):
-    """Which way to face at the end."""
-
-    ANY = "any"
-    X = "x"
-    Y = "y"
-    NEGATIVE_X = "-x"
-    NEGATIVE_Y = "-y"
-
-
-class ActionKind(Enum):
-    """How the motion to be performed is named."""
-
-    CLIP = "clip"
-    TAG = "tag"
-
-
-class WalkOutput(Enum):
-    """What a walk is baked into."""
-
-    ACTION = "action"
-    STRIPS = "strips"
-    COPY = "copy"
-
-
-#: Styles that have a place to go to, those that last as long as asked, those that choose links by weight, and those
-#: that start where they are told to.
-TO_A_TARGET = frozenset({WalkStyle.PLACE, WalkStyle.PERFORM})
-ARRIVING = frozenset({WalkStyle.PLACE, WalkStyle.WAYPOINTS, WalkStyle.CURVE, WalkStyle.PERFORM})
-WEIGHTED = frozenset({WalkStyle.RANDOM, WalkStyle.LOOP})
-FACING = frozenset({WalkStyle.PLACE, WalkStyle.WAYPOINTS})
+#: The properties in which a person gives each setting of a style (:class:`..core.playback.styles.WalkStyle`).
+_SHOWN = {
+    "action": lambda s: ("action_kind", "action_clip" if s.action_kind == "CLIP" else "action_tag"),
+    "target": lambda s: _when(s, "target", "OBJECT", "target_object"),
+    "waypoints": lambda _: ("waypoints",),
+    "nearness": lambda _: ("nearness",),
+    "facing": lambda s: ("facing",) if s.facing == "ANY" else ("facing", "facing_tolerance"),
+    "curve": lambda _: ("path_curve", "path_width"),
+    "weighting": lambda _: ("weighting",),
+    "start": lambda s: _when(s, "start", "OBJECT", "start_object"),
+}
 
 
 class WayfarerWalkSettings(bpy.types.PropertyGroup):
     """How the character walks."""
 
     style: EnumProperty(
-        items=enum_items(
-            {
-                WalkStyle.WANDER: ("Wander", "From place to place, all parts of the floor alike"),
-                WalkStyle.RANDOM: ("Random", "Link after link by chance"),
-                WalkStyle.PLACE: ("To a Place", "The quickest way to the 3D cursor or to an object"),
-                WalkStyle.WAYPOINTS: (
-                    "Waypoints",
-                    "The quickest way past all objects of a collection, in the order of their names",
-                ),
-                WalkStyle.CURVE: ("Along a Curve", "As near to a curve as possible, from its start to its end"),
-                WalkStyle.LOOP: ("Loop", "Back to where the walk starts, to be repeated without a seam"),
-                WalkStyle.PERFORM: ("Perform", "The quickest way to where a motion can be played at a place, and it"),
-            }
-        ),
+        items=[(name, style.label, style.description) for name, style in STYLES.items()],
         name="Style",
         description="How the character chooses its way",
-        default=WalkStyle.WANDER.name,
+        default="WANDER",
         options=set(),
     )
     weighting: EnumProperty(
         items=WEIGHTING_ITEMS,
         name="Prefer",
         description="Which links are taken more often than others",
-        default=WalkWeighting.LINKS.name,
+        default="LINKS",
         options=set(),
     )
     duration: FloatProperty(
@@ -121,32 +64,28 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
     )
     seed: IntProperty(name="Seed", description="Another number, another walk", default=0, min=0, options=set())
     start: EnumProperty(
-        items=enum_items(
-            {
-                WalkStart.RANDOM: ("Anywhere", "Anywhere that the character can be"),
-                WalkStart.CURSOR: ("3D Cursor", "As near as possible to the 3D cursor"),
-                WalkStart.ACTIVE_OBJECT: ("Active Object", "As near as possible to the active object"),
-                WalkStart.OBJECT: ("Object", "As near as possible to an object of your choice"),
-            }
-        ),
+        items=[
+            ("RANDOM", "Anywhere", "Anywhere that the character can be"),
+            ("CURSOR", "3D Cursor", "As near as possible to the 3D cursor"),
+            ("ACTIVE_OBJECT", "Active Object", "As near as possible to the active object"),
+            ("OBJECT", "Object", "As near as possible to an object of your choice"),
+        ],
         name="Start",
         description="Where the walk starts",
-        default=WalkStart.RANDOM.name,
+        default="RANDOM",
         options=set(),
     )
     start_object: PointerProperty(
         type=bpy.types.Object, name="Start Object", description="The object to start from", options=set()
     )
     target: EnumProperty(
-        items=enum_items(
-            {
-                WalkTarget.CURSOR: ("3D Cursor", "Where the 3D cursor is"),
-                WalkTarget.OBJECT: ("Object", "Where the origin of an object is"),
-            }
-        ),
+        items=[
+            ("CURSOR", "3D Cursor", "Where the 3D cursor is"),
+            ("OBJECT", "Object", "Where the origin of an object is"),
+        ],
         name="To",
         description="Where the character goes",
-        default=WalkTarget.CURSOR.name,
+        default="CURSOR",
         options=set(),
     )
     target_object: PointerProperty(
@@ -162,21 +101,20 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         options=set(),
     )
     facing: EnumProperty(
-        items=enum_items(
-            {
-                WalkFacing.ANY: ("Any Way", "However it comes"),
-                WalkFacing.X: ("X Axis", "Along the X axis of the object or of the 3D cursor"),
-                WalkFacing.Y: ("Y Axis", "Along the Y axis of the object or of the 3D cursor"),
-                WalkFacing.NEGATIVE_X: ("-X Axis", "Against the X axis of the object or of the 3D cursor"),
-                WalkFacing.NEGATIVE_Y: (
-                    "-Y Axis",
-                    "Against the Y axis of the object or of the 3D cursor, as characters face in their own space",
-                ),
-            }
-        ),
+        items=[
+            ("ANY", "Any Way", "However it comes"),
+            ("X", "X Axis", "Along the X axis of the object or of the 3D cursor"),
+            ("Y", "Y Axis", "Along the Y axis of the object or of the 3D cursor"),
+            ("NEGATIVE_X", "-X Axis", "Against the X axis of the object or of the 3D cursor"),
+            (
+                "NEGATIVE_Y",
+                "-Y Axis",
+                "Against the Y axis of the object or of the 3D cursor, as characters face in their own space",
+            ),
+        ],
         name="Face",
         description="Which way the character faces when it arrives",
-        default=WalkFacing.ANY.name,
+        default="ANY",
         options=set(),
     )
     facing_tolerance: FloatProperty(
@@ -211,15 +149,13 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         options=set(),
     )
     action_kind: EnumProperty(
-        items=enum_items(
-            {
-                ActionKind.CLIP: ("Clip", "All of what the motion graph has of a clip"),
-                ActionKind.TAG: ("Tag", "A segment with frames that carry a tag"),
-            }
-        ),
+        items=[
+            ("CLIP", "Clip", "All of what the motion graph has of a clip"),
+            ("TAG", "Tag", "A segment with frames that carry a tag"),
+        ],
         name="Motion",
         description="What is performed",
-        default=ActionKind.CLIP.name,
+        default="CLIP",
         options=set(),
     )
     action_clip: StringProperty(name="Clip", description="The clip that is performed", search=clip_names, options=set())
@@ -277,16 +213,14 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         options=set(),
     )
     output: EnumProperty(
-        items=enum_items(
-            {
-                WalkOutput.ACTION: ("Action", "One action of the character"),
-                WalkOutput.STRIPS: ("NLA Strips", "A strip for each segment, each with an action of its own to edit"),
-                WalkOutput.COPY: ("Copy of Character", "One action of a copy; the character itself stays as it is"),
-            }
-        ),
+        items=[
+            ("ACTION", "Action", "One action of the character"),
+            ("STRIPS", "NLA Strips", "A strip for each segment, each with an action of its own to edit"),
+            ("COPY", "Copy of Character", "One action of a copy; the character itself stays as it is"),
+        ],
         name="Bake Into",
         description="What the walk becomes",
-        default=WalkOutput.ACTION.name,
+        default="ACTION",
         options=set(),
     )
     use_markers: BoolProperty(
@@ -300,6 +234,25 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
     )
     report: PointerProperty(type=WayfarerWalkReport)
     crowd: PointerProperty(type=WayfarerCrowdSettings)
+
+    @property
+    def chosen_style(self) -> WalkStyle:
+        return STYLES[self.style]
+
+    def shown(self) -> tuple[tuple[str, ...], ...]:
+        """Return the names of the properties that the style heeds: of its aim, of its start, and of its end."""
+        style = self.chosen_style
+        aim = tuple(
+            name for used in style.settings if used in _SHOWN and used != "start" for name in _SHOWN[used](self)
+        )
+        start = _SHOWN["start"](self) if "start" in style.settings else ()
+        end = ("walk_on",) if style.arrives else ()
+        if not style.arrives or self.walk_on:
+            end += ("duration", "seed")
+        elif start and self.start == "RANDOM":
+            # Chance decides where a walk starts that may start anywhere.
+            end += ("seed",)
+        return aim, start, end
 
     def cleanup_settings(self, contacts) -> CleanupSettings:
         """As the core's settings, with the given ContactSettings."""

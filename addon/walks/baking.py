@@ -7,27 +7,28 @@ import numpy as np
 
 from ...core.motion.clip import MotionClip
 from ...core.playback.walk import Walk
+from ...core.playback.walk_motion import WalkMotion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import OUTPUT, WALK_PROPERTY, ensure_collection
 from ..bridge.write_action import assign_action, write_clip
 from ..bridge.write_strips import remove_strips, strip_cuts, write_strips
-from ..properties.walk import WalkOutput
 from ..render.walk_curve import remove_walk_curve, walk_curve
 from ..results.state import keep_walk, results
-from .motion import WALK_NAME, WalkMotion
-from .report import fill_report
 
+WALK_NAME = "Wayfarer Walk"
 FIRST_FRAME = 1
 COPY_COLLECTION = "Wayfarer Copy"
 
 _MARKER = "Walk: "
 """Start of the names of timeline markers, by which those of an earlier walk are known."""
+_UNKNOWN_SLIDE = -1.0
+"""Slide of feet that are not known."""
 
 
 def bake_motion(scene, motion: WalkMotion) -> bpy.types.Action:
     """Bake a walk's motion, see :func:`bake_walk`, and show how good it is in the panel."""
     action = bake_walk(scene, motion.walk, motion.clip, motion.closed)
-    fill_report(scene, motion, FIRST_FRAME)
+    _fill_report(scene, motion)
     return action
 
 
@@ -38,10 +39,10 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
     but for those that the artist has use for. Nothing has changed if the motion does not fit the character.
     """
     found, character, settings = results(scene), scene.wayfarer.character, scene.wayfarer.walk
-    output = WalkOutput[settings.output]
-    if output is WalkOutput.STRIPS:
+    output = settings.output
+    if output == "STRIPS":
         action, last_frame = _bake_strips(character, walk, clip)
-    elif output is WalkOutput.COPY:
+    elif output == "COPY":
         action = write_clip(character, clip, WALK_NAME, FIRST_FRAME)
         remove_copies(scene, COPY_COLLECTION)
         action.name = WALK_NAME
@@ -50,11 +51,11 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
     else:
         action = _bake_action(character, clip)
         last_frame = action.frame_range[1]
-    if output is not WalkOutput.COPY:
+    if output != "COPY":
         # Earlier walks go, in whatever form; a copy that the artist has moved elsewhere is no longer ours.
         remove_copies(scene, COPY_COLLECTION)
         remove_if_empty(scene, COPY_COLLECTION)
-    if closed and output is not WalkOutput.STRIPS:
+    if closed and output != "STRIPS":
         action.use_frame_range, action.use_cyclic = True, True
         action.frame_start, action.frame_end = FIRST_FRAME, last_frame
     if settings.draw_path:
@@ -69,6 +70,32 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
     found.summary.update(walk_seconds=walk.duration, walk_segments=len(walk), walk_length=length)
     keep_walk(scene, walk, action)
     return action
+
+
+def _fill_report(scene, motion: WalkMotion) -> None:
+    """Put the quality of a walk where the panel shows it."""
+    report, before, after = scene.wayfarer.walk.report, motion.before, motion.after
+    report.clear()
+    feet = before.feet_unknown or (motion.cleanup.describe() if motion.cleanup is not None else "Feet are not held.")
+    report.feet = feet
+    if after.feet:
+        report.slide_before, report.slide_after = before.mean_slide, after.mean_slide
+        report.slide_in_clips = sum(foot.source_mean for foot in after.feet) / len(after.feet)
+    else:
+        report.slide_before = report.slide_after = report.slide_in_clips = _UNKNOWN_SLIDE
+    frames_per_sample = scene.render.fps / scene.render.fps_base / motion.walk.embedding.graph.frame_rate
+
+    def frame_of(sample: int) -> int:
+        return FIRST_FRAME + round(sample * frames_per_sample)
+
+    if after.largest_gap is not None:
+        report.gap, report.gap_joint = after.largest_gap.angle, after.largest_gap.joint
+        report.gap_frame = frame_of(after.largest_gap.frame)
+    report.edit, report.turn_edit = after.position_edit, after.heading_edit
+    for found in after.worst_frames:
+        entry = report.worst.add()
+        entry.frame, entry.what, entry.severity = frame_of(found.frame), found.what, found.severity
+        entry.amount = found.amount
 
 
 def set_timeline(scene, last_frame: int) -> None:

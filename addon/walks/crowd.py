@@ -15,6 +15,7 @@ from ...core.playback.cleanup import clean_feet
 from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
 from ...core.playback.synthesis import synthesize
 from ...core.playback.walk import Walk
+from ...core.playback.walk_motion import MotionRequest
 from ...core.progress import Progress, portion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import WALK_PROPERTY
@@ -22,8 +23,7 @@ from ..bridge.rig import bind_rig
 from ..bridge.write_action import write_clip
 from ..results.state import embedding_of
 from .baking import FIRST_FRAME, set_timeline
-from .motion import MotionRequest, read_motion_request
-from .request import read_weighting
+from .request import read_motion_request, read_weighting
 
 CROWD_COLLECTION = "Wayfarer Crowd"
 _ACTION_NAME = "Wayfarer Walker"
@@ -94,7 +94,7 @@ def keep_crowd(scene, baked: BakedCrowd) -> None:
 
 
 def remove_crowd(scene) -> int:
-    """Remove the crowd of the scene; how many walkers it had."""
+    """Remove the crowd of the scene; return how many walkers it had."""
     settings = scene.wayfarer.walk.crowd
     for name in ("n_walking", "n_wanted", "closest", "unserved"):
         settings.property_unset(name)

@@ -1,184 +1,164 @@
-"""What a scene asks a walk to be, as plain values: read at once, so that no data of Blender's is held meanwhile."""
+"""A walk as the scene asks for it, in plain values: read at once, so that no data of Blender's is held meanwhile."""
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...core.errors import WalkError
 from ...core.motion.graph import MotionGraph
 from ...core.motion.mirror import MIRRORED
+from ...core.playback.styles import Place, WalkRequest
+from ...core.playback.walk_motion import MotionRequest
 from ...core.playback.weighted import ByGoodness, Evenly, PerClip, Weighting, by_variability, uniform
-from ..properties.walk import (
-    FACING,
-    TO_A_TARGET,
-    ActionKind,
-    WalkFacing,
-    WalkStart,
-    WalkStyle,
-    WalkTarget,
-)
-from ..properties.walk_weighting import WalkWeighting
 from ..results.state import embedding_of
 from .curve_points import curve_points
 
-Place = tuple[float, float]
-
-_AXES = {
-    WalkFacing.X: (1.0, 0.0, 0.0),
-    WalkFacing.Y: (0.0, 1.0, 0.0),
-    WalkFacing.NEGATIVE_X: (-1.0, 0.0, 0.0),
-    WalkFacing.NEGATIVE_Y: (0.0, -1.0, 0.0),
-}
-
-
-@dataclass(frozen=True)
-class WalkRequest:
-    """A walk that is asked for.
-
-    Attributes
-    ----------
-    style : WalkStyle
-    seed : int
-    duration : float
-        Seconds; of styles that arrive somewhere, only if they wander on.
-    weighting : Weighting
-    start : world x, y (m) or None for anywhere
-    goals : (name, place) of every place to go to, in their order
-    nearness : float
-        Metres.
-    heading : float or None
-        Radians: which way to face at the last goal; None for any.
-    heading_tolerance : float
-        Radians.
-    curve : (n, 2) float array or None
-        World x, y (m) of the polyline to follow.
-    width : float
-        Metres to either side of the curve.
-    action : (ActionKind, name) of what is performed
-    walk_on : bool
-        Wander on after arriving.
-    """
-
-    style: WalkStyle
-    seed: int
-    duration: float
-    weighting: Weighting = uniform
-    start: Place | None = None
-    goals: tuple[tuple[str, Place], ...] = ()
-    nearness: float = 0.0
-    heading: float | None = None
-    heading_tolerance: float = 0.0
-    curve: np.ndarray | None = None
-    width: float = 0.5
-    action: tuple[ActionKind, str] = (ActionKind.CLIP, "")
-    walk_on: bool = False
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "NEGATIVE_X": (-1.0, 0.0, 0.0), "NEGATIVE_Y": (0.0, -1.0, 0.0)}
 
 
 def walk_problem(context) -> str:
-    """What the settings lack for a walk of their style, as a sentence without its full stop; empty if nothing."""
+    """Return what the settings lack for a walk of their style, a sentence without full stop; empty if nothing."""
     settings = context.scene.wayfarer.walk
-    style = WalkStyle[settings.style]
-    if style is not WalkStyle.CURVE:
-        if WalkStart[settings.start] is WalkStart.ACTIVE_OBJECT and context.active_object is None:
-            return "There is no active object to start at; select one, or start anywhere"
-        if WalkStart[settings.start] is WalkStart.OBJECT and settings.start_object is None:
-            return "Choose the object to start from first"
-    if style in TO_A_TARGET and WalkTarget[settings.target] is WalkTarget.OBJECT and settings.target_object is None:
-        return "Choose the object to go to first"
-    if style is WalkStyle.WAYPOINTS:
-        if settings.waypoints is None:
-            return "Choose a collection of waypoints first"
-        if not settings.waypoints.all_objects:
-            return f"The collection '{settings.waypoints.name}' has no objects to pass; add some"
-    if style is WalkStyle.CURVE and settings.path_curve is None:
-        return "Choose a curve to follow first"
-    if style is WalkStyle.PERFORM:
-        kind = ActionKind[settings.action_kind]
-        if not (settings.action_clip if kind is ActionKind.CLIP else settings.action_tag).strip():
-            return f"Choose the {kind.value} to perform first"
-    return ""
+    used = settings.chosen_style.settings
+    return next(filter(None, (find(context, settings) for name, find in _PROBLEMS.items() if name in used)), "")
 
 
 def read_request(context) -> WalkRequest:
-    """What the scene's settings ask for; WalkError if they lack something, or the curve is none."""
+    """Read what the scene's settings ask for; WalkError if they lack something, or the curve is none."""
     problem = walk_problem(context)
     if problem:
         raise WalkError(f"{problem}.")
     scene, settings = context.scene, context.scene.wayfarer.walk
-    style = WalkStyle[settings.style]
-    goals, frame = _goals(scene, settings, style)
-    kind = ActionKind[settings.action_kind]
+    fields: dict[str, Any] = {}
+    for used in settings.chosen_style.settings:
+        if used in _READERS:
+            fields |= _READERS[used](context, settings)
     return WalkRequest(
-        style=style,
-        seed=settings.seed,
-        duration=settings.duration,
+        settings.style,
+        settings.seed,
+        settings.duration,
+        settings.walk_on,
         weighting=read_weighting(scene, settings.weighting),
-        start=_start(context, settings),
-        goals=goals,
         nearness=settings.nearness,
-        heading=_heading(frame, WalkFacing[settings.facing]) if style in FACING else None,
-        heading_tolerance=settings.facing_tolerance,
-        curve=curve_points(settings.path_curve) if style is WalkStyle.CURVE else None,
-        width=settings.path_width,
-        action=(kind, (settings.action_clip if kind is ActionKind.CLIP else settings.action_tag).strip()),
-        walk_on=settings.walk_on,
+        **fields,
     )
 
 
+def read_motion_request(scene, closed: bool = False) -> MotionRequest:
+    """Read how the scene's settings want motion made; ClipError if its feet are none of the character's."""
+    settings = scene.wayfarer
+    contacts = settings.contacts.to_core(settings.character)
+    cleanup = settings.walk.cleanup_settings(contacts) if settings.walk.hold_feet else None
+    return MotionRequest(settings.walk.synthesis_settings(), cleanup, contacts, closed)
+
+
 def read_weighting(scene, name: str) -> Weighting:
-    """A choice of :class:`WalkWeighting`, by its name, as the core's."""
-    kind = WalkWeighting[name]
-    if kind is WalkWeighting.CLIPS:
+    """Return the core's weighting for an item of ``WEIGHTING_ITEMS``."""
+    if name == "CLIPS":
         weights = {clip.action.name: clip.weight for clip in scene.wayfarer.clips if clip.action is not None}
         return PerClip(_weights_of(embedding_of(scene).graph, weights))
-    return {
-        WalkWeighting.LINKS: uniform,
-        WalkWeighting.GOODNESS: ByGoodness(),
-        WalkWeighting.VARIABILITY: by_variability,
-        WalkWeighting.PLACES: Evenly(),
-    }[kind]
+    return {"LINKS": uniform, "GOODNESS": ByGoodness(), "VARIABILITY": by_variability, "PLACES": Evenly()}[name]
 
 
 def _weights_of(graph: MotionGraph, weights: Mapping[str, float]) -> dict[str, float]:
-    """Weights of the graph's clips by those of actions: a mirrored clip weighs what its original does."""
+    """Return weights of the graph's clips by those of actions: a mirrored clip weighs what its original does."""
     of_clips = {
         clip.name: weights.get(clip.name, weights.get(clip.name.removesuffix(MIRRORED))) for clip in graph.clips
     }
     return {name: weight for name, weight in of_clips.items() if weight is not None}
 
 
+def _start_problem(context, settings) -> str:
+    if settings.start == "ACTIVE_OBJECT" and context.active_object is None:
+        return "There is no active object to start at; select one, or start anywhere"
+    if settings.start == "OBJECT" and settings.start_object is None:
+        return "Choose the object to start from first"
+    return ""
+
+
+def _target_problem(_, settings) -> str:
+    return "Choose the object to go to first" if settings.target == "OBJECT" and settings.target_object is None else ""
+
+
+def _waypoints_problem(_, settings) -> str:
+    if settings.waypoints is None:
+        return "Choose a collection of waypoints first"
+    if not settings.waypoints.all_objects:
+        return f"The collection '{settings.waypoints.name}' has no objects to pass; add some"
+    return ""
+
+
+def _curve_problem(_, settings) -> str:
+    return "Choose a curve to follow first" if settings.path_curve is None else ""
+
+
+def _action_problem(_, settings) -> str:
+    clip, tag = _action(settings)
+    return "" if clip or tag else f"Choose the {settings.action_kind.lower()} to perform first"
+
+
+#: Functions that say, for a setting of a style, what it lacks.
+_PROBLEMS = {
+    "start": _start_problem,
+    "target": _target_problem,
+    "waypoints": _waypoints_problem,
+    "curve": _curve_problem,
+    "action": _action_problem,
+}
+
+
 def _start(context, settings) -> Place | None:
-    start = WalkStart[settings.start]
-    if start is WalkStart.RANDOM or WalkStyle[settings.style] is WalkStyle.CURVE:
+    if settings.start == "RANDOM":
         return None
-    if start is WalkStart.CURSOR:
+    if settings.start == "CURSOR":
         return _place(context.scene.cursor.matrix)
-    obj = context.active_object if start is WalkStart.ACTIVE_OBJECT else settings.start_object
+    obj = context.active_object if settings.start == "ACTIVE_OBJECT" else settings.start_object
     return _place(obj.matrix_world)
 
 
-def _goals(scene, settings, style: WalkStyle):
-    """(name, place) of each goal, and the matrix of the last one."""
-    if style is WalkStyle.WAYPOINTS:
+def _goals(scene, settings) -> list[tuple[str, Any]]:
+    """Return name and world matrix of each goal."""
+    if "waypoints" in settings.chosen_style.settings:
         objects = sorted(settings.waypoints.all_objects, key=lambda obj: _by_number(obj.name))
-        return tuple((obj.name, _place(obj.matrix_world)) for obj in objects), objects[-1].matrix_world
-    if style not in TO_A_TARGET:
-        return (), None
-    if WalkTarget[settings.target] is WalkTarget.CURSOR:
-        return (("3D Cursor", _place(scene.cursor.matrix)),), scene.cursor.matrix
-    obj = settings.target_object
-    return ((obj.name, _place(obj.matrix_world)),), obj.matrix_world
+    elif settings.target == "CURSOR":
+        return [("3D Cursor", scene.cursor.matrix)]
+    else:
+        objects = [settings.target_object]
+    return [(obj.name, obj.matrix_world) for obj in objects]
 
 
-def _heading(matrix, facing: WalkFacing) -> float | None:
-    if facing is WalkFacing.ANY:
-        return None
-    x, y, z = np.array(matrix)[:3, :3] @ _AXES[facing]
+def _read_goals(context, settings) -> dict[str, Any]:
+    return {"goals": tuple((name, _place(matrix)) for name, matrix in _goals(context.scene, settings))}
+
+
+def _read_facing(context, settings) -> dict[str, Any]:
+    if settings.facing == "ANY":
+        return {}
+    _, matrix = _goals(context.scene, settings)[-1]
+    x, y, z = np.array(matrix)[:3, :3] @ _AXES[settings.facing]
     if np.hypot(x, y) < 1e-3 * max(abs(z), 1e-12):
         raise WalkError("The axis to face along points straight up or down; turn the object, or choose another axis.")
-    return float(np.arctan2(y, x))
+    return {"heading": float(np.arctan2(y, x)), "heading_tolerance": settings.facing_tolerance}
+
+
+def _action(settings) -> tuple[str, str]:
+    """Return the clip and the tag to perform, of which one is empty."""
+    if settings.action_kind == "CLIP":
+        return settings.action_clip.strip(), ""
+    return "", settings.action_tag.strip()
+
+
+#: Functions that read, for a setting of a style, fields of the request.
+_READERS = {
+    "start": lambda context, settings: {"start": _start(context, settings)},
+    "target": _read_goals,
+    "waypoints": _read_goals,
+    "facing": _read_facing,
+    "curve": lambda _, settings: {"curve": curve_points(settings.path_curve), "width": settings.path_width},
+    "action": lambda _, settings: dict(zip(("clip", "tag"), _action(settings), strict=True)),
+}
 
 
 def _place(matrix) -> Place:
@@ -186,5 +166,5 @@ def _place(matrix) -> Place:
 
 
 def _by_number(name: str) -> list:
-    """Sorts "Point 9" before "Point 10"."""
+    """Sort "Point 9" before "Point 10"."""
     return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.split(r"(\d+)", name)]

@@ -3,7 +3,6 @@
 import bpy
 
 from ...bridge.text import angle, number, of, scene_length, scene_slide, small, time
-from ...properties.walk import ARRIVING, FACING, TO_A_TARGET, WEIGHTED, WalkStyle
 from ...results.advice import stale_advice
 from ...results.state import find_walk, results, walk_changes, walk_is_stale
 from ..text import draw_wrapped
@@ -21,15 +20,8 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
 
     def draw(self, context):
         layout, settings = split_properties(self.layout), context.scene.wayfarer.walk
-        style = WalkStyle[settings.style]
         layout.column().prop(settings, "style")
-        _draw_aim(layout, context.scene, style)
-        column = layout.column()
-        if style is not WalkStyle.CURVE:
-            column.prop(settings, "start")
-            if settings.start == "OBJECT":
-                column.prop(settings, "start_object", text=" ")
-        _draw_duration(layout, settings, style)
+        _draw_style(layout, context.scene)
         column = layout.column()
         column.prop(settings, "output")
         column = layout.column(heading="Add")
@@ -52,44 +44,18 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
             )
 
 
-def _draw_aim(layout, scene, style: WalkStyle) -> None:
-    """Where the walk leads, or which links it takes."""
+def _draw_style(layout, scene) -> None:
+    """Draw what the chosen style heeds."""
     settings = scene.wayfarer.walk
-    column = layout.column()
-    if style is WalkStyle.PERFORM:
-        column.prop(settings, "action_kind")
-        column.prop(settings, "action_clip" if settings.action_kind == "CLIP" else "action_tag")
-    if style in TO_A_TARGET:
-        column.prop(settings, "target")
-        if settings.target == "OBJECT":
-            column.prop(settings, "target_object", text=" ")
-    if style is WalkStyle.WAYPOINTS:
-        column.prop(settings, "waypoints")
-    if style in TO_A_TARGET or style is WalkStyle.WAYPOINTS:
-        column.prop(settings, "nearness")
-    if style in FACING:
-        column.prop(settings, "facing")
-        if settings.facing != "ANY":
-            column.prop(settings, "facing_tolerance")
-    if style is WalkStyle.CURVE:
-        column.prop(settings, "path_curve")
-        column.prop(settings, "path_width")
-    if style in WEIGHTED:
-        column.prop(settings, "weighting")
-        if settings.weighting == "CLIPS":
-            _draw_weights(layout, scene)
-
-
-def _draw_duration(layout, settings, style: WalkStyle) -> None:
-    column = layout.column()
-    if style in ARRIVING:
-        column.prop(settings, "walk_on")
-    if style not in ARRIVING or settings.walk_on:
-        column.prop(settings, "duration")
-    # Chance decides where a walk starts that may start anywhere.
-    by_chance = style not in ARRIVING or settings.walk_on or settings.start == "RANDOM"
-    if by_chance and (style is not WalkStyle.CURVE or settings.walk_on):
-        column.prop(settings, "seed")
+    for names in settings.shown():
+        column = layout.column()
+        for name in names:
+            if name in ("target_object", "start_object"):
+                column.prop(settings, name, text=" ")
+            else:
+                column.prop(settings, name)
+            if name == "weighting" and settings.weighting == "CLIPS":
+                _draw_weights(layout, scene)
 
 
 def _draw_weights(layout, scene) -> None:

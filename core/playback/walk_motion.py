@@ -3,22 +3,21 @@
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from ...core.motion.clip import MotionClip
-from ...core.motion.contacts import ContactSettings
-from ...core.playback.cleanup import CleanupSettings, FootCleanup, clean_feet
-from ...core.playback.quality import WalkQuality, walk_quality
-from ...core.playback.synthesis import SynthesisSettings, synthesize
-from ...core.playback.walk import Walk
-from ...core.progress import Progress
-
-WALK_NAME = "Wayfarer Walk"
+from ..motion.clip import MotionClip
+from ..motion.contacts import ContactSettings
+from ..progress import Progress
+from .cleanup import CleanupSettings, FootCleanup, clean_feet
+from .quality import WalkQuality, walk_quality
+from .synthesis import SynthesisSettings, synthesize
+from .walk import Walk
 
 
 @dataclass(frozen=True)
 class MotionRequest:
-    """How a walk becomes motion; ``cleanup`` is None where feet are left as they are.
+    """How a walk becomes motion.
 
-    ``closed`` says that the walk returns to its start and is repeated.
+    ``cleanup`` is None where feet are left as they are; ``closed`` says that the walk returns to its start and is
+    repeated.
     """
 
     synthesis: SynthesisSettings
@@ -39,16 +38,10 @@ class WalkMotion:
     after: WalkQuality
 
 
-def read_motion_request(scene, closed: bool = False) -> MotionRequest:
-    """How the scene's settings want motion made; ClipError if its feet are none of the character's."""
-    settings = scene.wayfarer
-    contacts = settings.contacts.to_core(settings.character)
-    cleanup = settings.walk.cleanup_settings(contacts) if settings.walk.hold_feet else None
-    return MotionRequest(settings.walk.synthesis_settings(), cleanup, contacts, closed)
-
-
-def motion_steps(walk: Walk, request: MotionRequest, name: str = WALK_NAME) -> Generator[Progress, None, WalkMotion]:
-    """Make a walk's motion and measure it, as a generator."""
+def motion_steps(
+    walk: Walk, request: MotionRequest, name: str = "Wayfarer Walk"
+) -> Generator[Progress, None, WalkMotion]:
+    """Make a walk's motion and measure it."""
     yield Progress(0.0, "Blending segments")
     clip = synthesize(walk, request.synthesis, name, closed=request.closed)
     yield Progress(0.3, "Measuring the motion")
