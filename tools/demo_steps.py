@@ -202,7 +202,7 @@ def _special_frames(walk) -> np.ndarray:
     for i, segment in enumerate(walk.segments):
         for tag, mask in walk.embedding.graph.segments[segment].tags.items():
             if tag in tags:
-                frames[walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+                frames[walk.node_frames[i] : walk.node_frames[i + 1] + 1] |= mask
     return frames
 
 

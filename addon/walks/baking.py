@@ -122,14 +122,14 @@ def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
 
 def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Action, float]:
     # Fails here, before anything is changed, if it is going to.
-    strip_cuts(clip, walk.seams)
+    strip_cuts(clip, walk.node_frames)
     bpy.data.actions.remove(write_clip(character, clip, clip.name, FIRST_FRAME))
     _claim_played(character)
     remove_strips(character)
     _remove_earlier(character)
     bpy.context.view_layer.update()
     names = [walk.embedding.graph.segments[s].name for s in walk.segments]
-    track = write_strips(character, clip, walk.seams, names, WALK_NAME, FIRST_FRAME)
+    track = write_strips(character, clip, walk.node_frames, names, WALK_NAME, FIRST_FRAME)
     actions = [strip.action for strip in track.strips if strip.action is not None]
     for action in actions:
         action[WALK_PROPERTY] = character.name
@@ -168,14 +168,14 @@ def _is_kept(action, character) -> bool:
 
 
 def _set_markers(scene, walk: Walk | None) -> None:
-    """Mark the seams of a walk; those of an earlier one go."""
+    """Mark the transitions of a walk; those of an earlier one go."""
     for marker in [marker for marker in scene.timeline_markers if marker.name.startswith(_MARKER)]:
         scene.timeline_markers.remove(marker)
     if walk is None:
         return
     graph = walk.embedding.graph
     frames_per_sample = scene.render.fps / scene.render.fps_base / graph.frame_rate
-    for seam, segment in zip(walk.seams[:-1], walk.segments, strict=True):
+    for start, segment in zip(walk.node_frames[:-1], walk.segments, strict=True):
         name = graph.clips[graph.segments[segment].clip].name
-        frame = FIRST_FRAME + round(float(seam) * frames_per_sample)
+        frame = FIRST_FRAME + round(float(start) * frames_per_sample)
         scene.timeline_markers.new(_MARKER + name, frame=frame)

@@ -28,7 +28,7 @@ from ..motion.contacts import ContactSettings
 from ..motion.joint_roles import foot_joints
 from ..motion.skeleton import Skeleton
 from ..motion.stature import rest_world
-from .companions import find_companions, move_companions
+from .coupled_joints import find_coupled_joints, move_coupled_joints
 from .plants import Plant, Stance, part, repeated, walk_plants
 from .splines import closing
 from .two_bone import Leg, find_leg, leg_turns
@@ -213,11 +213,11 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
         frames = np.flatnonzero(np.any(moves[side] != 0, axis=1) | (drop > 0))
         if len(frames):
             _turn_leg(leg, skeleton, rotations, positions, hips_move, moves[side], frames, new_rotations)
-    companions: dict[int, int] = {}
+    coupled: dict[int, int] = {}
     for leg in legs.values():
-        companions |= find_companions(skeleton, leg, rotations, positions)
-    move_companions(
-        companions, skeleton, (rotations, positions), new_rotations, new_translations, np.flatnonzero(touched)
+        coupled |= find_coupled_joints(skeleton, leg, rotations, positions)
+    move_coupled_joints(
+        coupled, skeleton, (rotations, positions), new_rotations, new_translations, np.flatnonzero(touched)
     )
     return FootCleanup(
         clip=replace(clip, rotations=new_rotations, translations=new_translations),

@@ -12,7 +12,7 @@ from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
 from ..evaluation.reach import merged_frames_steps
 from ..progress import Progress, portion
-from .course import NEVER, Course, keep_to_steps
+from .time_to_go import NEVER, TimeToGo, quickest_trail_steps
 from .walk import NOT_A_START, Trail, Walk, refuse_empty
 
 
@@ -23,7 +23,7 @@ def walk_through_steps(
 
     The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
     may pass several goals that follow one another. Among walks that take the same time, the root is edited least
-    (:func:`.course.link_edits`, summed over the walk).
+    (:func:`.time_to_go.link_edits`, summed over the walk).
 
     Parameters
     ----------
@@ -43,25 +43,25 @@ def walk_through_steps(
     refuse_empty(embedding)
     reader = LinkReader(embedding)
     starts = start_nodes(reader, start)
-    course = yield from portion(course_steps(embedding, goals, last_frame(embedding, limit)), 0.0, 0.8)
-    trail = yield from portion(quickest_steps(reader, course, starts, limit), 0.8, 1.0)
+    time_to_go = yield from portion(time_to_go_steps(embedding, goals, last_frame(embedding, limit)), 0.0, 0.8)
+    trail = yield from portion(quickest_within_steps(reader, time_to_go, starts, limit), 0.8, 1.0)
     if not trail.stencils:
         raise WalkError("The character stands at the goal already; choose another goal, or another start.")
     return trail.walk()
 
 
-def quickest_steps(
-    reader: LinkReader, course: Course, starts: np.ndarray, limit: float | None
+def quickest_within_steps(
+    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray, limit: float | None
 ) -> Generator[Progress, None, Trail]:
-    """The quickest trail from (n, 4) starts along a course; WalkError if it takes longer than ``limit`` seconds."""
-    least = int(course.frames_at(0, starts).min())
+    """The quickest trail from (n, 4) starts along a time_to_go; WalkError if it takes longer than ``limit`` seconds."""
+    least = int(time_to_go.frames_at(0, starts).min())
     last = last_frame(reader.embedding, limit)
     if limit is not None and last is not None and least > last:
         # Rounded up: less than that is too little.
         seconds = math.ceil(100 * least / reader.embedding.graph.frame_rate) / 100
         takes = "" if least >= NEVER else f"; the quickest takes {wording.exact(seconds)} s"
         raise WalkError(f"No walk gets there within {wording.exact(limit)} s{takes}. Allow more time.")
-    return (yield from keep_to_steps(reader, course, starts))
+    return (yield from quickest_trail_steps(reader, time_to_go, starts))
 
 
 def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
@@ -89,10 +89,10 @@ def rows_of(embedding: Embedding, nodes: Nodes) -> np.ndarray:
     return np.concatenate(rows)
 
 
-def course_steps(
+def time_to_go_steps(
     embedding: Embedding, goals: Sequence[Nodes], last: int | None = None
-) -> Generator[Progress, None, Course]:
-    """The course through goals in their order; ways of more than ``last`` frames count as none.
+) -> Generator[Progress, None, TimeToGo]:
+    """The time_to_go through goals in their order; ways of more than ``last`` frames count as none.
 
     The times to the last goal come first; those to each goal before it begin, at every node of the goal, with what is
     left from there.
@@ -112,14 +112,14 @@ def course_steps(
         if not tables:
             steps = merged_frames_steps(embedding, goals[index], last)
         else:
-            rest = Course(embedding, goals[index + 1 :], tables)
+            rest = TimeToGo(embedding, goals[index + 1 :], tables)
             rows = rows_of(embedding, goals[index])
             left = rest.frames_at(0, rows)
             able = left <= (NEVER - 1 if last is None else last)
             steps = merged_frames_steps(embedding, nothing, last, (rows[able], left[able]))
         table = yield from portion(steps, done, done + 1 / len(goals))
         tables.insert(0, table)
-    return Course(embedding, goals, tables)
+    return TimeToGo(embedding, goals, tables)
 
 
 def last_frame(embedding: Embedding, limit: float | None) -> int | None:

@@ -1,4 +1,4 @@
-"""Loops: walks that return to the very node they started from, to be played again and again without a seam."""
+"""Loops: walks that return to the very node they started from, to be played again and again."""
 
 from collections.abc import Generator
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..progress import Progress, portion
-from .course import Course, keep_to_steps
-from .directed import course_steps
+from .directed import time_to_go_steps
+from .time_to_go import TimeToGo, quickest_trail_steps
 from .walk import Trail, Walk, WalkSettings, begin
 from .weighted import Memory, Weighting, probabilities
 
@@ -35,13 +35,13 @@ def loop_steps(
     wanted = int(np.ceil(settings.duration * embedding.graph.frame_rate - 1e-6))
     x, y, heading, segment = reader.wrapped(np.array([node]))[0].tolist()
     home = embedding.network.node(segment, heading, x, y)
-    course = yield from portion(course_steps(embedding, [home]), 0.0, 0.6)
+    time_to_go = yield from portion(time_to_go_steps(embedding, [home]), 0.0, 0.6)
     best: Trail | None = None
     for attempt in range(ATTEMPTS):
         yield Progress(0.6 + 0.4 * attempt / ATTEMPTS, "Closing the loop")
-        trail = _roam(course, Trail(reader, node), wanted, rng, settings.weighting)
+        trail = _roam(time_to_go, Trail(reader, node), wanted, rng, settings.weighting)
         if not np.array_equal(reader.wrapped(np.array([trail.node]))[0], [x, y, heading, segment]):
-            way = yield from portion(keep_to_steps(reader, course, np.array([trail.node])), 0.6, 1.0)
+            way = yield from portion(quickest_trail_steps(reader, time_to_go, np.array([trail.node])), 0.6, 1.0)
             for stencil in way.stencils:
                 trail.take(stencil)
         if best is None or trail.frames < best.frames:
@@ -52,18 +52,18 @@ def loop_steps(
     return best.walk()
 
 
-def _roam(course: Course, trail: Trail, wanted: int, rng: np.random.Generator, weighting: Weighting) -> Trail:
+def _roam(time_to_go: TimeToGo, trail: Trail, wanted: int, rng: np.random.Generator, weighting: Weighting) -> Trail:
     """Walk until the quickest way home makes a loop that lasts long enough.
 
     Links that still leave time, or make the time exact, go before those that make the loop longer than asked.
     """
-    embedding, memory = course.embedding, Memory(trail.reader)
+    embedding, memory = time_to_go.embedding, Memory(trail.reader)
     durations = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
     while True:
         memory.pass_by(trail.node)
         crossing = memory.crossing(trail.node)
         total = trail.frames + durations[crossing.ends[:, 3]]
-        total += course.frames_at(0, trail.reader.wrapped(crossing.ends))
+        total += time_to_go.frames_at(0, trail.reader.wrapped(crossing.ends))
         chance = probabilities(weighting, crossing)
         late = np.maximum(total - wanted, 0)
         chance = np.where(late == late.min(), chance, 0.0)

@@ -12,9 +12,9 @@ from ..embedding.network import Nodes
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
-from .course import link_edits
-from .directed import course_steps, last_frame, quickest_steps, start_nodes
+from .directed import last_frame, quickest_within_steps, start_nodes, time_to_go_steps
 from .reservation import StencilPaths
+from .time_to_go import link_edits
 from .walk import Trail, Walk, refuse_empty
 
 
@@ -94,8 +94,8 @@ def perform_steps(
             f"{wording.place(position[0], position[1])}: it does not fit there, or no walk leads to it and away from "
             "it. Choose a larger Within or another place."
         )
-    course = yield from portion(course_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
-    trail = yield from portion(quickest_steps(reader, course, starts, limit), 0.9, 1.0)
+    time_to_go = yield from portion(time_to_go_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
+    trail = yield from portion(quickest_within_steps(reader, time_to_go, starts, limit), 0.9, 1.0)
     first = len(trail.stencils)
     best = min(
         (found for script in scripts if (found := script.play(reader, trail.node)) is not None), key=lambda f: f.edit
@@ -104,7 +104,7 @@ def perform_steps(
         trail.take(stencil)
     link, frame = first + best.action.middle, best.action.frame
     walk = trail.walk()
-    return Performance(walk, first, walk.root_path[walk.seams[link] + frame, :2])
+    return Performance(walk, first, walk.root_path[walk.node_frames[link] + frame, :2])
 
 
 def continued(walk: Walk, further: Walk) -> Walk:

@@ -137,17 +137,17 @@ def clip_plants(clip: MotionClip, settings: ContactSettings | None = None) -> li
 
 
 def walk_plants(walk: Walk, settings: ContactSettings | None = None) -> list[Plant]:
-    """The plants of a walk: those of the source clips, joined across its seams.
+    """The plants of a walk: those of the source clips, joined across its transitions.
 
-    The clips know better than the blended motion when a foot stands: there it may slide. On the frame of a seam
+    The clips know better than the blended motion when a foot stands: there it may slide. On the frame of a transition
     a joint is planted if it is so on either side. ClipError if the feet cannot be told.
     """
     settings = settings or ContactSettings()
     graph = walk.embedding.graph
     feet = foot_joints(graph.clips[0].skeleton, settings.feet)
-    contacts = [np.zeros((walk.seams[-1] + 1, len(foot)), dtype=bool) for foot in feet]
+    contacts = [np.zeros((walk.node_frames[-1] + 1, len(foot)), dtype=bool) for foot in feet]
     of_clip: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    for index, first, last in zip(walk.segments, walk.seams[:-1], walk.seams[1:], strict=True):
+    for index, first, last in zip(walk.segments, walk.node_frames[:-1], walk.node_frames[1:], strict=True):
         segment = graph.segments[index]
         if segment.clip not in of_clip:
             of_clip[segment.clip] = joint_contacts(graph.clips[segment.clip], settings)

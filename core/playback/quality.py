@@ -11,7 +11,7 @@ from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
 from ..motion.joint_roles import foot_joints
 from .plants import Plant, clip_plants, walk_plants
-from .seams import seam_gaps
+from .transitions import transition_gaps
 from .walk import Walk
 
 #: What an onlooker begins to notice; defects of different kinds are ranked by how many times they exceed it.
@@ -42,7 +42,7 @@ class FootSlide:
 
 @dataclass(frozen=True)
 class PoseGap:
-    """The largest angle (rad) that a joint has to make up for at a seam, before blending."""
+    """The largest angle (rad) that a joint has to make up for at a transition, before blending."""
 
     frame: int
     joint: str
@@ -58,8 +58,8 @@ class PoseGap:
 
 
 @dataclass(frozen=True)
-class SeamJump:
-    """The largest change at a seam of the root's speed (m/s), or of its turn rate (rad/s), within one frame."""
+class TransitionJump:
+    """The largest change at a transition of the root's speed (m/s), or of its turn rate (rad/s), within one frame."""
 
     frame: int
     value: float
@@ -96,13 +96,13 @@ class WalkQuality:
     feet_unknown : str
         Why they cannot; empty if they can.
     largest_gap : PoseGap or None
-        None for a walk without seams, as of the jumps.
+        None for a walk without transitions, as of the jumps.
     position_edit, heading_edit : float
         Metres and radians by which the root path was edited to reach its grid elements, for each metre of it.
-    speed_jump, turn_jump : SeamJump or None
+    speed_jump, turn_jump : TransitionJump or None
     worst_frames : tuple of WorstFrame
-        The worst first: of each plant its fastest frame, of each seam its largest gap and its jumps, of each segment
-        its edit.
+        The worst first: of each plant its fastest frame, of each transition its largest gap and its jumps, of each
+        segment its edit.
     defects : float
         By how much everything that is noticeable exceeds that, in times of it, summed over all frames, for each minute:
         0 for a walk in which nothing is. To choose between walks by.
@@ -113,8 +113,8 @@ class WalkQuality:
     largest_gap: PoseGap | None
     position_edit: float
     heading_edit: float
-    speed_jump: SeamJump | None
-    turn_jump: SeamJump | None
+    speed_jump: TransitionJump | None
+    turn_jump: TransitionJump | None
     worst_frames: tuple[WorstFrame, ...]
     defects: float
 
@@ -134,7 +134,7 @@ class WalkQuality:
         )
         if self.speed_jump is not None and self.turn_jump is not None:
             lines.append(
-                f"At seams the speed changes by up to {wording.speed(self.speed_jump.value)} (frame "
+                f"At transitions the speed changes by up to {wording.speed(self.speed_jump.value)} (frame "
                 f"{self.speed_jump.frame}), the turn rate by up to {wording.angle(self.turn_jump.value)}/s (frame "
                 f"{self.turn_jump.frame})."
             )
@@ -155,9 +155,9 @@ def walk_quality(
 
     WalkError if the clip, or ``lifted``, has another number of frames than the walk.
     """
-    if clip.n_frames != walk.seams[-1] + 1:
+    if clip.n_frames != walk.node_frames[-1] + 1:
         raise WalkError(
-            f"The motion has {clip.n_frames} frames and the walk {walk.seams[-1] + 1}; measure the motion at the "
+            f"The motion has {clip.n_frames} frames and the walk {walk.node_frames[-1] + 1}; measure the motion at the "
             "motion graph's frame rate."
         )
     if lifted is None:
@@ -239,7 +239,7 @@ def _gaps(walk: Walk) -> tuple[PoseGap | None, list[WorstFrame]]:
     graph = walk.embedding.graph
     if len(walk) < 2:
         return None, []
-    gaps = seam_gaps(walk)
+    gaps = transition_gaps(walk)
     names = graph.clips[0].skeleton.names
     joints = np.argmax(gaps.angles, axis=1)
     angles = gaps.angles[np.arange(len(joints)), joints]
@@ -252,9 +252,9 @@ def _gaps(walk: Walk) -> tuple[PoseGap | None, list[WorstFrame]]:
     return PoseGap(int(gaps.frames[at]), names[joints[at]], float(angles[at]), before, after), worst
 
 
-def _jumps(walk: Walk, clip: MotionClip) -> tuple[SeamJump | None, SeamJump | None, list[WorstFrame]]:
-    seams, rate = walk.seams[1:-1], walk.embedding.graph.frame_rate
-    if len(seams) == 0:
+def _jumps(walk: Walk, clip: MotionClip) -> tuple[TransitionJump | None, TransitionJump | None, list[WorstFrame]]:
+    transitions, rate = walk.node_frames[1:-1], walk.embedding.graph.frame_rate
+    if len(transitions) == 0:
         return None, None, []
     steps = np.diff(clip.ground_path, axis=0) * rate
     speeds, turns = np.linalg.norm(steps[:, :2], axis=1), steps[:, 2]
@@ -263,12 +263,12 @@ def _jumps(walk: Walk, clip: MotionClip) -> tuple[SeamJump | None, SeamJump | No
         ("speed", speeds, "change of speed", "m/s", 1.0),
         ("turn", turns, "change of turn rate", "°/s", 180 / np.pi),
     ):
-        jumps = np.abs(values[seams] - values[seams - 1])
+        jumps = np.abs(values[transitions] - values[transitions - 1])
         at = int(np.argmax(jumps))
-        found.append(SeamJump(int(seams[at]), float(jumps[at])))
+        found.append(TransitionJump(int(transitions[at]), float(jumps[at])))
         worst += [
             WorstFrame(frame, what, jump * factor, unit, jump / NOTICEABLE[kind])
-            for frame, jump in zip(seams.tolist(), jumps.tolist(), strict=True)
+            for frame, jump in zip(transitions.tolist(), jumps.tolist(), strict=True)
         ]
     return found[0], found[1], worst
 
@@ -278,10 +278,12 @@ def _edits(walk: Walk) -> tuple[float, float, list[WorstFrame]]:
     moved = np.linalg.norm(stencils.position_error[walk.stencils], axis=1)
     turned = np.abs(stencils.heading_error[walk.stencils])
     path = walk.root_path
-    lengths = [np.linalg.norm(np.diff(path[a : b + 1, :2], axis=0), axis=1).sum() for a, b in pairwise(walk.seams)]
+    lengths = [
+        np.linalg.norm(np.diff(path[a : b + 1, :2], axis=0), axis=1).sum() for a, b in pairwise(walk.node_frames)
+    ]
     total = max(float(np.sum(lengths)), 1e-9)
     worst = []
-    for first, metres, length in zip(walk.seams[:-1].tolist(), moved.tolist(), lengths, strict=True):
+    for first, metres, length in zip(walk.node_frames[:-1].tolist(), moved.tolist(), lengths, strict=True):
         # Over less than a step a metre says little.
         share = metres / max(float(length), 0.5)
         worst.append(WorstFrame(first, "edited root path", 100 * share, "cm/m", share / NOTICEABLE["edit"]))

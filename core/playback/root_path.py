@@ -4,20 +4,20 @@ import numpy as np
 
 from ..embedding.footprint import edit_profile
 from ..motion.graph import MotionSegment
-from .seams import SeamGaps, window_steps
 from .splines import closing
+from .transitions import TransitionGaps, window_steps
 from .walk import Walk
 
 _PEAK = 4 / 27
 """The most that a spline of slope 1 at one end leaves zero by, for each frame of its window."""
 
 
-def played_root_path(walk: Walk, gaps: SeamGaps, windows: np.ndarray, tolerance: float) -> np.ndarray:
-    """(F, 3) world x, y (m) and unwrapped heading (rad): ``walk.root_path`` with continuous velocities.
+def played_root_path(walk: Walk, gaps: TransitionGaps, windows: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return (F, 3) world x, y (m) and unwrapped heading (rad): ``walk.root_path`` with continuous velocities.
 
-    Each segment's path is edited by itself, so that speed, direction and turn rate change abruptly at the seams. The
-    changes are spread over the (S, 2) ``windows`` of frames around them, or less, so that the path is never left by
-    more than ``tolerance`` metres. It passes exactly through every grid element, and does not change outside the
+    Each segment's path is edited by itself, so that speed, direction and turn rate change abruptly at transitions.
+    The changes are spread over the (S, 2) ``windows`` of frames around them, or less, so that the path is never left
+    by more than ``tolerance`` metres. It passes exactly through every grid element, and does not change outside the
     windows. Nor does it where it would come too near to an obstacle or into another region.
     """
     if tolerance == 0 or len(gaps.frames) == 0:
@@ -31,11 +31,11 @@ def played_root_path(walk: Walk, gaps: SeamGaps, windows: np.ndarray, tolerance:
         path, owner = walk.root_path.copy(), np.full(walk.root_path.shape[0], -1)
         for after in (False, True):
             reach = np.minimum(windows[:, int(after)], longest)
-            seam, step = window_steps(reach, first=1)
-            at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
-            # Half of the change on each side; before the seam time runs against the steps.
-            path[at] -= closing(step, reach[seam])[1][:, None] * jumps[seam] / 2
-            owner[at] = seam
+            transition, step = window_steps(reach, first=1)
+            at = gaps.frames[transition] + step if after else gaps.ends[transition] - step
+            # Half of the change on each side; before the transition time runs against the steps.
+            path[at] -= closing(step, reach[transition])[1][:, None] * jumps[transition] / 2
+            owner[at] = transition
         astray = owner[_is_elsewhere(walk, path) & (owner >= 0)]
         if not len(astray):
             return path

@@ -15,28 +15,28 @@ from ..motion import quat
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
 from .root_path import played_root_path
-from .seams import SeamGaps, poses_at, seam_gaps, window_steps
 from .splines import closing
+from .transitions import TransitionGaps, poses_at, transition_gaps, window_steps
 from .walk import Walk
 
 
 @dataclass(frozen=True)
 class SynthesisSettings:
-    """How the gaps at the seams are closed.
+    """How the gaps at the transitions are closed.
 
     Attributes
     ----------
     blend_duration : float
-        Seconds on each side of a seam at the most; never more than half of a segment.
+        Seconds on each side of a transition at the most; never more than half of a segment.
     shortest_blend : float
-        Seconds on each side of a seam at the least, where ``blend_duration`` is not less.
+        Seconds on each side of a transition at the least, where ``blend_duration`` is not less.
     blend_rate : float
-        A seam is given the time to close the largest gap of its joints without turning any of them faster than this,
-        in radians per second.
+        A transition is given the time to close the largest gap of its joints without turning any of them faster than
+        this, in radians per second.
     root_tolerance : float
-        Metres by which the root may leave the walk's path near a seam, so that its velocity is continuous: where two
-        edits meet, it is not by itself. 0 to follow the path exactly. For a character of a person's size, in proportion
-        for others.
+        Metres by which the root may leave the walk's path near a transition, so that its velocity is continuous: where
+        two edits meet, it is not by itself. 0 to follow the path exactly. For a character of a person's size, in
+        proportion for others.
     """
 
     blend_duration: float = 0.3
@@ -70,8 +70,8 @@ def synthesize(
     Parameters
     ----------
     blend_durations : (n - 1,) float array, optional
-        Seconds on each side of every seam of a walk of n segments, instead of what the settings and the sizes of the
-        gaps make them; n of them if the walk is closed. Never more than half of a segment.
+        Seconds on each side of every transition of a walk of n segments, instead of what the settings and the sizes of
+        the gaps make them; n of them if the walk is closed. Never more than half of a segment.
     closed : bool
         The walk ends at the node that it starts from: its end is blended into its start as well, so that the clip
         can be repeated.
@@ -86,21 +86,21 @@ def synthesize(
         raise WalkError("The walk has no steps; ask for a longer Duration.")
     graph = walk.embedding.graph
     skeleton = graph.clips[0].skeleton
-    gaps = seam_gaps(walk, closed)
+    gaps = transition_gaps(walk, closed)
     windows = _windows(walk, gaps, settings, blend_durations)
     clips, frames = _played(walk)
     rotations, translations = poses_at(graph, clips, frames)
     for after in (False, True):
-        seam, step = window_steps(windows[:, int(after)], first=0 if after else 1)
-        at = gaps.frames[seam] + step if after else gaps.ends[seam] - step
-        value, slope = closing(step, windows[seam, int(after)])
+        transition, step = window_steps(windows[:, int(after)], first=0 if after else 1)
+        at = gaps.frames[transition] + step if after else gaps.ends[transition] - step
+        value, slope = closing(step, windows[transition, int(after)])
         sign = -1.0 if after else 1.0
         value, slope = sign * value[:, None, None] / 2, -slope[:, None, None] / graph.frame_rate
-        # Time runs towards the seam before it: its slopes are counted backwards there.
-        rate = -gaps.turn_rates[seam, 1] if after else gaps.turn_rates[seam, 0]
-        turn = value * gaps.turns[seam] + slope * rate
+        # Time runs towards the transition before it: its slopes are counted backwards there.
+        rate = -gaps.turn_rates[transition, 1] if after else gaps.turn_rates[transition, 0]
+        turn = value * gaps.turns[transition] + slope * rate
         rotations[at] = quat.multiply(rotations[at], quat.from_rotvec(turn))
-        translations[at] += value * gaps.moves[seam] + slope * gaps.move_rates[seam] / 2
+        translations[at] += value * gaps.moves[transition] + slope * gaps.move_rates[transition] / 2
     if closed:
         rotations[-1], translations[-1] = rotations[0], translations[0]
 
@@ -111,10 +111,10 @@ def synthesize(
 
 
 def _played(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
-    """(F,) clip and (F,) sample that each frame of the walk plays; at a seam that of the segment that starts there."""
+    """Return (F,) clip and (F,) sample of each frame of the walk; at a transition those of the segment that starts."""
     segments = [walk.embedding.graph.segments[s] for s in walk.segments]
-    clips, frames = np.empty((2, walk.seams[-1] + 1), dtype=int)
-    for segment, first, last in zip(segments, walk.seams[:-1], walk.seams[1:], strict=True):
+    clips, frames = np.empty((2, walk.node_frames[-1] + 1), dtype=int)
+    for segment, first, last in zip(segments, walk.node_frames[:-1], walk.node_frames[1:], strict=True):
         clips[first : last + 1] = segment.clip
         frames[first : last + 1] = np.arange(segment.first, segment.last + 1)
     return clips, frames
@@ -122,15 +122,15 @@ def _played(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
 
 def _tags(walk: Walk) -> dict[str, np.ndarray]:
     segments = walk.embedding.graph.segments
-    tags = {tag: np.zeros(walk.seams[-1] + 1, dtype=bool) for s in segments for tag in s.tags}
+    tags = {tag: np.zeros(walk.node_frames[-1] + 1, dtype=bool) for s in segments for tag in s.tags}
     for i, index in enumerate(walk.segments):
         for tag, mask in segments[index].tags.items():
-            tags[tag][walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+            tags[tag][walk.node_frames[i] : walk.node_frames[i + 1] + 1] |= mask
     return tags
 
 
-def _windows(walk: Walk, gaps: SeamGaps, settings: SynthesisSettings, durations: np.ndarray | None) -> np.ndarray:
-    """(S, 2) frames before and after each seam over which its gap is closed; both are zero where there is no time."""
+def _windows(walk: Walk, gaps: TransitionGaps, settings: SynthesisSettings, durations: np.ndarray | None) -> np.ndarray:
+    """Return (S, 2) frames before and after each transition in which its gap is closed; both 0 where no time is."""
     frame_rate = walk.embedding.graph.frame_rate
     if durations is None:
         # Half of the gap is closed on each side; a cubic's steepest slope is 1.5 times its mean.
@@ -139,9 +139,9 @@ def _windows(walk: Walk, gaps: SeamGaps, settings: SynthesisSettings, durations:
     durations = np.asarray(durations, dtype=float)
     if durations.shape != (len(gaps.frames),) or not np.all(np.isfinite(durations) & (durations >= 0)):
         raise WalkError(
-            f"The walk has {len(gaps.frames)} seams, and each needs a blend duration of zero or more seconds."
+            f"The walk has {len(gaps.frames)} transitions, and each needs a blend duration of zero or more seconds."
         )
-    half = np.diff(walk.seams) // 2
+    half = np.diff(walk.node_frames) // 2
     before = np.column_stack([half[gaps.before], half[gaps.after]])
     windows = np.minimum(np.rint(durations * frame_rate).astype(int)[:, None], before)
     return windows * (windows.min(axis=1, keepdims=True) > 0)

@@ -73,7 +73,7 @@ class Walk:
         return self.states[1:, 3]
 
     @cached_property
-    def seams(self) -> np.ndarray:
+    def node_frames(self) -> np.ndarray:
         """(n + 1,) frame at which each node is passed; the first is 0, the last is the last frame."""
         lengths = [self.embedding.graph.segments[s].n_frames - 1 for s in self.segments]
         return np.concatenate([[0], np.cumsum(lengths, dtype=int)])
@@ -81,14 +81,14 @@ class Walk:
     @property
     def duration(self) -> float:
         """Seconds."""
-        return float(self.seams[-1]) / self.embedding.graph.frame_rate
+        return float(self.node_frames[-1]) / self.embedding.graph.frame_rate
 
     @cached_property
     def root_path(self) -> np.ndarray:
         """(F, 3) world x, y (m) and unwrapped heading (rad) of every frame: the edited paths laid end to end."""
         grid, segments = self.embedding.environment.grid, self.embedding.graph.segments
         stencils = self.embedding.unrolling.stencils
-        path = np.empty((self.seams[-1] + 1, 3))
+        path = np.empty((self.node_frames[-1] + 1, 3))
         path[0] = *grid.positions(self.states[0, :2]), self.states[0, 2] * grid.heading_step
         for i, k in enumerate(self.stencils):
             edited = edited_path(
@@ -98,7 +98,7 @@ class Walk:
                 stencils.position_error[k],
                 stencils.heading_error[k],
             )
-            first, last = self.seams[i], self.seams[i + 1]
+            first, last = self.node_frames[i], self.node_frames[i + 1]
             edited[:, :2] += grid.positions(self.states[i, :2])
             edited[:, 2] += path[first, 2] - edited[0, 2]
             path[first : last + 1] = edited

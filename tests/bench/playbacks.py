@@ -54,7 +54,7 @@ def way_across() -> Benchmark:
 
     return Benchmark(
         run=lambda: finish(walk_through_steps(embedding, start, [goal])),
-        counts=lambda walk: {"frames": int(walk.seams[-1])},
+        counts=lambda walk: {"frames": int(walk.node_frames[-1])},
         reference=by_links,
         reference_counts=lambda seconds: {"frames": round(seconds * embedding.graph.frame_rate)},
         reference_name="Dijkstra over explicit links",
@@ -69,7 +69,7 @@ def way_through() -> Benchmark:
     goals = [goal_at(embedding, corner, 0.3) for corner in ((6.0, 7.0), (6.0, 1.0), (1.0, 7.0))]
     return Benchmark(
         run=lambda: finish(walk_through_steps(embedding, start, goals)),
-        counts=lambda walk: {"frames": int(walk.seams[-1])},
+        counts=lambda walk: {"frames": int(walk.node_frames[-1])},
     )
 
 
@@ -78,7 +78,7 @@ def closed_walk() -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
         run=lambda: finish(loop_steps(embedding, np.random.default_rng(3), WalkSettings(30.0))),
-        counts=lambda walk: {"frames": int(walk.seams[-1])},
+        counts=lambda walk: {"frames": int(walk.node_frames[-1])},
     )
 
 
@@ -89,7 +89,7 @@ def along_a_curve() -> Benchmark:
     curve = np.column_stack([3.5 + 2.3 * np.cos(angle), 4 + 1.8 * np.sin(2 * angle)])
     return Benchmark(
         run=lambda: finish(walk_along_steps(embedding, curve)),
-        counts=lambda walk: {"frames": int(walk.seams[-1])},
+        counts=lambda walk: {"frames": int(walk.node_frames[-1])},
         repeats=1,
     )
 

@@ -150,7 +150,7 @@ def test_waypoints_are_passed_in_the_order_of_their_numbers(settings):
     for name, place in places.items():
         empty(name, *place, collection=collection)
     walk = walked(settings, style="WAYPOINTS", waypoints=collection, nearness=0.3)
-    at_seams = walk.root_path[walk.seams, :2]
+    at_seams = walk.root_path[walk.node_frames, :2]
     passed = 0
     for name in ("Point 2", "Point 9", "Point 10"):
         near = np.flatnonzero(np.linalg.norm(at_seams[passed:] - places[name], axis=1) <= 0.3)
@@ -210,7 +210,7 @@ def test_a_loop_can_be_repeated(settings):
     walk = walked(settings, style="LOOP", duration=4.0)
     assert np.array_equal(walk.states[0], walk.states[-1])
     scene, action = bpy.context.scene, character().animation_data.action
-    assert scene.frame_end == walk.seams[-1]  # the frame after it is the first
+    assert scene.frame_end == walk.node_frames[-1]  # the frame after it is the first
     assert action.use_cyclic and tuple(action.frame_range) == (1, scene.frame_end + 1)
     first, last, after = (heads(character(), frame) for frame in (1, scene.frame_end, scene.frame_end + 1))
     np.testing.assert_allclose(first, after, atol=1e-4)
@@ -223,7 +223,7 @@ def test_a_motion_is_performed_at_a_place(settings):
     walk = walked(settings, **given)
     segment = walk.embedding.graph.segments[walk.segments[-1]]
     assert "step" in segment.tags
-    assert np.linalg.norm(walk.root_path[walk.seams[-2] :, :2] - (0.0, 1.45), axis=1).min() <= 0.5
+    assert np.linalg.norm(walk.root_path[walk.node_frames[-2] :, :2] - (0.0, 1.45), axis=1).min() <= 0.5
     clip = next(c.name for c in walk.embedding.graph.clips if c.name.startswith("turn_left"))
     bpy.context.scene.cursor.location = (0.5, -1.0, 0.0)
     walk = walked(settings, action_kind="CLIP", action_clip=clip, nearness=1.5)

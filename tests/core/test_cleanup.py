@@ -16,7 +16,7 @@ from core.motion.joint_roles import foot_joints
 from core.motion.repertoire import sample_repertoire, sample_skeleton
 from core.motion.skeleton import Skeleton
 from core.playback.cleanup import CleanupSettings, clean_feet, hold_plants
-from core.playback.companions import find_companions
+from core.playback.coupled_joints import find_coupled_joints
 from core.playback.loop import loop_steps
 from core.playback.plants import Plant, clip_plants, repeated, walk_plants
 from core.playback.quality import foot_slide
@@ -139,13 +139,13 @@ def test_plants_are_those_of_the_clips_joined_across_seams(walk):
     """The slow obvious way: every frame of the walk asks the source frames played there."""
     graph = walk.embedding.graph
     feet = foot_joints(graph.clips[0].skeleton)
-    expected = np.zeros((walk.seams[-1] + 1, 2, 2), dtype=bool)
+    expected = np.zeros((walk.node_frames[-1] + 1, 2, 2), dtype=bool)
     for i, index in enumerate(walk.segments):
         segment = graph.segments[index]
         source = joint_contacts(graph.clips[segment.clip])
         for k in range(segment.n_frames):
             for side in (0, 1):
-                expected[walk.seams[i] + k, side] |= source[side][segment.first + k]
+                expected[walk.node_frames[i] + k, side] |= source[side][segment.first + k]
     found = np.zeros_like(expected)
     plants = walk_plants(walk)
     for plant in plants:
@@ -155,7 +155,7 @@ def test_plants_are_those_of_the_clips_joined_across_seams(walk):
             found[frame, plant.side] = expected[frame, plant.side]
             assert pivot == feet[plant.side][np.flatnonzero(expected[frame, plant.side])[-1]]
     assert np.array_equal(found, expected)
-    assert sum(np.any((plant.first < walk.seams) & (walk.seams < plant.last)) for plant in plants) > 5
+    assert sum(np.any((plant.first < walk.node_frames) & (walk.node_frames < plant.last)) for plant in plants) > 5
 
 
 def test_joint_contacts_are_those_of_the_feet():
@@ -296,8 +296,8 @@ def test_controls_go_with_the_feet_that_follow_them():
         translations=np.concatenate([clip.translations, control[:, None], rest], axis=1),
     )
     leg = find_leg(rigged, 0, foot_joints(rigged))
-    assert find_companions(rigged, leg, *clip.world) == {n: foot, n + 2: foot}
-    assert find_companions(rigged, find_leg(rigged, 1, foot_joints(rigged)), *clip.world) == {}
+    assert find_coupled_joints(rigged, leg, *clip.world) == {n: foot, n + 2: foot}
+    assert find_coupled_joints(rigged, find_leg(rigged, 1, foot_joints(rigged)), *clip.world) == {}
     # The body is pushed about, so that planted feet slide.
     push = 0.03 * np.sin(np.arange(clip.n_frames) / 3)
     pushed = clip.translations.copy()

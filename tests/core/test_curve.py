@@ -33,7 +33,7 @@ def links_along(embedding, points, limits, node, point):
     ahead = points[point : point + int(np.ceil(way / np.linalg.norm(points[1] - points[0]))) + 1]
     for stencil in reader.stencils_from(node).tolist():
         walk = Walk(embedding, np.array([node, reader.follow(node, stencil)]), np.array([stencil]))
-        n = walk.seams[-1]
+        n = walk.node_frames[-1]
         frames = [int(np.ceil(n * i / MEASURED_FRAMES)) for i in range(1, MEASURED_FRAMES + 1)]
         distance = np.linalg.norm(walk.root_path[frames, None, :2] - ahead, axis=2)
         if distance.min(axis=1).max() <= limits.width:
@@ -104,7 +104,7 @@ def test_an_s_through_a_hall(hall):
     assert distance.min(axis=1).max() < 0.45
     assert distance.min(axis=1).mean() < 0.12
     assert distance.min(axis=0).max() < 0.45, "a part of the curve was left out"
-    at_seams = distance.argmin(axis=1)[walk.seams]
+    at_seams = distance.argmin(axis=1)[walk.node_frames]
     assert np.all(np.diff(at_seams) > -10), "it went back"
     # Facing as asked at the end.
     facing = finish(walk_along_steps(hall, curve, CurveSettings(width=0.4, beam=100, heading=np.pi / 2)))

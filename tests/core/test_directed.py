@@ -13,9 +13,9 @@ from core.embedding.footprint import FootprintSettings
 from core.embedding.link_reader import LinkReader
 from core.errors import WalkError
 from core.evaluation.why_not import Reason, why_not_steps
-from core.playback.course import HEADING_LEVER, link_edits
 from core.playback.destination import destination, reason_at
 from core.playback.directed import rows_of, walk_through_steps
+from core.playback.time_to_go import HEADING_LEVER, link_edits
 from core.progress import finish
 from tests.bench import problems
 
@@ -51,7 +51,7 @@ def test_shortest_walks_take_the_time_that_dijkstra_says(seed, tiled):
     middle = (middle[0] % embedding.shape[0], middle[1] % embedding.shape[1], *middle[2:])
     if middle != tuple(nodes[goal]):
         rest = finish(walk_through_steps(embedding, middle, [some_nodes(embedding, nodes[[goal]])]))
-        assert rest.duration == pytest.approx(walk.duration - walk.seams[len(walk) // 2] / 30)
+        assert rest.duration == pytest.approx(walk.duration - walk.node_frames[len(walk) // 2] / 30)
 
 
 @given(st.integers(0, 10**6), st.booleans(), st.integers(1, 3))
@@ -71,7 +71,7 @@ def test_waypoints_are_passed_in_the_least_time_of_the_whole(seed, tiled, n_goal
     given_starts = some_nodes(embedding, nodes[starts])
     walk = finish(walk_through_steps(embedding, given_starts, [some_nodes(embedding, nodes[goal]) for goal in goals]))
     assert_links(walk)
-    assert walk.seams[-1] == left[starts].min()
+    assert walk.node_frames[-1] == left[starts].min()
     # It stands at a node of every goal, in order.
     number = number_of(nodes)
     states = LinkReader(embedding).wrapped(walk.states)
@@ -85,7 +85,7 @@ def test_waypoints_are_passed_in_the_least_time_of_the_whole(seed, tiled, n_goal
     goals = [some_nodes(embedding, nodes[goal]) for goal in goals]
     again = finish(walk_through_steps(embedding, given_starts, goals, limit=walk.duration))
     assert np.array_equal(again.states, walk.states)
-    if walk.seams[-1] > 1:
+    if walk.node_frames[-1] > 1:
         with pytest.raises(WalkError, match="within"):
             finish(walk_through_steps(embedding, given_starts, goals, limit=walk.duration - 1 / 30))
 
@@ -118,7 +118,7 @@ def test_of_all_quickest_walks_the_root_is_edited_least(seed, tiled):
                 least[end] = found
                 waiting.add(end)
     walk = finish(walk_through_steps(embedding, tuple(nodes[start].tolist()), [some_nodes(embedding, nodes[[goal]])]))
-    assert (walk.seams[-1], edits[walk.stencils].sum()) == pytest.approx(least[goal], abs=1e-9)
+    assert (walk.node_frames[-1], edits[walk.stencils].sum()) == pytest.approx(least[goal], abs=1e-9)
 
 
 def test_edits_are_those_of_the_paths():
@@ -147,7 +147,7 @@ def test_a_way_across_a_real_room(room):
     goals = [disc(room, corner, 0.3) for corner in corners]
     walk = finish(walk_through_steps(room, start, goals))
     assert_links(walk)
-    places = walk.root_path[walk.seams, :2]
+    places = walk.root_path[walk.node_frames, :2]
     for corner in corners:
         assert np.linalg.norm(places - corner, axis=1).min() <= 0.3
     # No quicker than running straight, and no slower than leg by leg without looking ahead.

@@ -206,7 +206,7 @@ def test_the_method_states_the_defaults():
         f"the way to plan again ({CrowdSettings().repairs} times)",
         f"a window of {synthesis.shortest_blend} to {synthesis.blend_duration} s",
         f"turned faster than {synthesis.blend_rate} rad/s",
-        f"at most {synthesis.root_tolerance} m near a seam",
+        f"at most {synthesis.root_tolerance} m near a transition",
         f"in the {cleanup.window} s before and after",
         f"more than {cleanup.max_shift} m is taken for two",
         f"by {cleanup.max_drop} m at the most",

@@ -58,7 +58,7 @@ def test_one_segment_is_played_as_soon_as_it_can_be(seed, tiled):
     assert_links(found.walk)
     assert len(found.walk) == found.first + 1
     assert found.walk.segments[-1] == segment
-    assert found.walk.seams[found.first] / 30 == pytest.approx(soonest)
+    assert found.walk.node_frames[found.first] / 30 == pytest.approx(soonest)
     away = found.place - place
     if tiled:
         away -= grid.size * np.rint(away / grid.size)

@@ -66,7 +66,7 @@ def test_largest_gap_is_found_between_the_source_clips(walk, report):
         ).magnitude()
         if turned.max() > largest:
             largest = turned.max()
-            where = walk.seams[i + 1], a.skeleton.names[1 + int(turned.argmax())], a.name, b.name
+            where = walk.node_frames[i + 1], a.skeleton.names[1 + int(turned.argmax())], a.name, b.name
     gap = report.largest_gap
     assert gap.angle == pytest.approx(largest)
     assert (gap.frame, gap.joint, gap.clip_before, gap.clip_after) == where
@@ -82,7 +82,7 @@ def test_edits_and_jumps_are_those_of_the_path(walk, played, report):
     assert report.heading_edit == pytest.approx(np.abs(stencils.heading_error[walk.stencils]).sum() / length)
     root = played.ground_path
     speed, turn = {}, {}
-    for k in walk.seams[1:-1].tolist():
+    for k in walk.node_frames[1:-1].tolist():
         before, after = root[k] - root[k - 1], root[k + 1] - root[k]
         speed[k] = abs(np.hypot(*after[:2]) - np.hypot(*before[:2])) * played.frame_rate
         turn[k] = abs(after[2] - before[2]) * played.frame_rate
@@ -96,7 +96,7 @@ def test_edits_and_jumps_are_those_of_the_path(walk, played, report):
 def test_worst_frames_are_sorted_and_lie_on_the_walk(walk, report):
     severities = [entry.severity for entry in report.worst_frames]
     assert severities == sorted(severities, reverse=True) and len(severities) == 20
-    assert all(0 <= entry.frame < walk.seams[-1] for entry in report.worst_frames)
+    assert all(0 <= entry.frame < walk.node_frames[-1] for entry in report.worst_frames)
     every = walk_quality(walk, synthesize(walk), n_worst=10_000).worst_frames
     assert len(every) == 3 * (len(walk) - 1) + len(walk) + sum(p.n_frames > 1 for p in walk_plants(walk))
     assert any("slides" in entry.what for entry in every) and any("gap" in entry.what for entry in every)

@@ -9,7 +9,7 @@ from core.embedding.embedding import embed
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.playback.root_path import played_root_path
-from core.playback.seams import seam_gaps
+from core.playback.transitions import transition_gaps
 from core.playback.walk import Walk, WalkSettings
 from core.playback.wandering import wandering_walk_steps
 from core.progress import finish
@@ -38,8 +38,8 @@ def walks(embedding):
 
 
 def played(walk, tolerance=TOLERANCE):
-    gaps = seam_gaps(walk)
-    half = np.diff(walk.seams) // 2
+    gaps = transition_gaps(walk)
+    half = np.diff(walk.node_frames) // 2
     return played_root_path(walk, gaps, np.column_stack([half[gaps.before], half[gaps.after]]), tolerance)
 
 
@@ -70,10 +70,10 @@ def test_what_was_checked_is_what_is_played(tiled):
 
 def test_jolts_are_smoothed_near_the_path():
     walk = walks(ground())[0]
-    path, seams = played(walk), walk.seams[1:-1]
+    path, seams = played(walk), walk.node_frames[1:-1]
     away = np.linalg.norm(path[:, :2] - walk.root_path[:, :2], axis=1)
     assert 0 < away.max() <= TOLERANCE + 1e-12
-    assert away[walk.seams].max() == 0
+    assert away[walk.node_frames].max() == 0
     before, after = (
         np.linalg.norm(p[seams + 1, :2] - 2 * p[seams, :2] + p[seams - 1, :2], axis=1) for p in (walk.root_path, path)
     )

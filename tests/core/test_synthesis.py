@@ -13,8 +13,8 @@ from core.errors import WalkError
 from core.motion.graph import build_motion_graph
 from core.motion.heading import with_steady_heading
 from core.motion.repertoire import sample_repertoire
-from core.playback.seams import seam_gaps
 from core.playback.synthesis import SynthesisSettings, synthesize
+from core.playback.transitions import transition_gaps
 from core.playback.walk import Walk, WalkSettings, random_walk_steps
 from core.progress import finish
 
@@ -42,7 +42,7 @@ def played(walk):
 def outside(walk):
     """(F,) bool: frames farther from every seam than the longest blend."""
     window = round(SETTINGS.blend_duration * walk.embedding.graph.frame_rate)
-    return np.abs(np.arange(walk.seams[-1] + 1)[:, None] - walk.seams[1:-1]).min(axis=1) > window
+    return np.abs(np.arange(walk.node_frames[-1] + 1)[:, None] - walk.node_frames[1:-1]).min(axis=1) > window
 
 
 def turns(rotations):
@@ -59,8 +59,8 @@ def test_root_follows_the_checked_path(walk, played):
     assert away.max() <= SETTINGS.root_tolerance + 1e-9
     assert away.max() > 1e-4 or len(walk) < 2
     grid = walk.embedding.environment.grid
-    assert np.allclose(path[walk.seams, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
-    turned = path[walk.seams, 2] / grid.heading_step - walk.states[:, 2]
+    assert np.allclose(path[walk.node_frames, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
+    turned = path[walk.node_frames, 2] / grid.heading_step - walk.states[:, 2]
     assert np.allclose((turned + grid.n_headings / 2) % grid.n_headings, grid.n_headings / 2, atol=1e-9)
     assert np.allclose(path[outside(walk)], expected[outside(walk)], atol=1e-12)
     exact = synthesize(walk, replace(SETTINGS, root_tolerance=0.0))
@@ -69,7 +69,7 @@ def test_root_follows_the_checked_path(walk, played):
 
 def test_root_velocity_is_continuous_at_seams(walk, played):
     """What is added to the checked path on both sides of a seam is a cubic whose slopes make up for the jump."""
-    rate, seams = walk.embedding.graph.frame_rate, walk.seams[1:-1]
+    rate, seams = walk.embedding.graph.frame_rate, walk.node_frames[1:-1]
     smooth = synthesize(walk, replace(SETTINGS, root_tolerance=1.0, shortest_blend=0.25)).ground_path
     path = walk.root_path.copy()
     path[:, 2] += 2 * np.pi * np.rint((smooth[0, 2] - path[0, 2]) / (2 * np.pi))
@@ -99,9 +99,9 @@ def test_outside_the_windows_the_root_stands_to_its_heading_as_in_the_clip(walk,
         segment = graph.segments[index]
         clip = graph.clips[segment.clip]
         inner = np.arange(window, segment.n_frames - window)
-        turned = played.ground_path[walk.seams[i] + inner, 2] - clip.ground_path[segment.first + inner, 2]
+        turned = played.ground_path[walk.node_frames[i] + inner, 2] - clip.ground_path[segment.first + inner, 2]
         expected = Rotation.from_euler("z", turned[:, None]) * as_rotation(clip.rotations[segment.first + inner, 0])
-        found = as_rotation(played.rotations[walk.seams[i] + inner, 0])
+        found = as_rotation(played.rotations[walk.node_frames[i] + inner, 0])
         assert np.all((expected.inv() * found).magnitude() < 1e-9)
 
 
@@ -114,10 +114,12 @@ def test_nothing_changes_outside_the_windows(walk, played):
         inner = np.arange(window, segment.n_frames - window)
         untouched += len(inner)
         assert np.allclose(
-            played.rotations[walk.seams[i] + inner, 1:], clip.rotations[segment.first + inner, 1:], atol=1e-9
+            played.rotations[walk.node_frames[i] + inner, 1:], clip.rotations[segment.first + inner, 1:], atol=1e-9
         )
         assert np.allclose(
-            played.translations[walk.seams[i] + inner, 0, 2], clip.translations[segment.first + inner, 0, 2], atol=1e-12
+            played.translations[walk.node_frames[i] + inner, 0, 2],
+            clip.translations[segment.first + inner, 0, 2],
+            atol=1e-12,
         )
     assert untouched > 300
 
@@ -127,7 +129,7 @@ def test_poses_and_velocities_are_continuous_at_seams(walk, played):
     graph = walk.embedding.graph
     change = np.linalg.norm(np.diff(turns(played.rotations)[:, 1:], axis=0), axis=2)
     usual = np.concatenate([np.linalg.norm(np.diff(turns(c.rotations)[:, 1:], axis=0), axis=2) for c in graph.clips])
-    seams = walk.seams[1:-1]
+    seams = walk.node_frames[1:-1]
     at_seams = change[seams - 1]
     assert at_seams.max() <= usual.max()
     assert np.quantile(at_seams, 0.99) <= 1.5 * np.quantile(usual, 0.99)
@@ -162,7 +164,7 @@ def test_quaternions_are_unit_and_bones_keep_their_lengths(walk, played):
 
 def test_angular_velocities_of_both_sides_are_the_same_at_seams(walk):
     """What is added on each side turns the joints at such a rate that both arrive at one angular velocity."""
-    gaps, h = seam_gaps(walk), 1e-5
+    gaps, h = transition_gaps(walk), 1e-5
     graph = walk.embedding.graph
     segments = [graph.segments[s] for s in walk.segments]
     for seam in range(0, len(gaps.frames), 5):
@@ -183,7 +185,7 @@ def test_angular_velocities_of_both_sides_are_the_same_at_seams(walk):
 
 def test_small_gaps_are_closed_sooner(walk):
     """A seam of a small gap leaves frames alone that the longest blend would touch; its own length can be given."""
-    graph, gaps = walk.embedding.graph, seam_gaps(walk)
+    graph, gaps = walk.embedding.graph, transition_gaps(walk)
     settings = SynthesisSettings(blend_duration=0.3, shortest_blend=0.1, blend_rate=3.0)
     short = synthesize(walk, settings)
     plain = synthesize(walk, SynthesisSettings(blend_duration=0.0))
@@ -191,15 +193,15 @@ def test_small_gaps_are_closed_sooner(walk):
     for seam, frame in enumerate(gaps.frames):
         wanted = max(0.1, 0.25 * 3 * gaps.angles[seam].max() / 3.0)
         window = round(min(wanted, 0.3) * graph.frame_rate)
-        last = min(walk.seams[seam + 2], frame + round(0.3 * graph.frame_rate) + 1)
-        until = walk.seams[seam + 2] - (walk.seams[seam + 2] - frame) // 2
+        last = min(walk.node_frames[seam + 2], frame + round(0.3 * graph.frame_rate) + 1)
+        until = walk.node_frames[seam + 2] - (walk.node_frames[seam + 2] - frame) // 2
         assert not changed[frame + window : min(last, until)].any()
     given = np.full(len(gaps.frames), 0.0)
     given[3] = 0.2
     one = synthesize(walk, settings, blend_durations=given)
     changed = np.abs(one.rotations[:, 1:] - plain.rotations[:, 1:]).max(axis=(1, 2)) > 1e-9
     assert np.all(np.abs(np.flatnonzero(changed) - gaps.frames[3]) <= 0.2 * graph.frame_rate)
-    with pytest.raises(WalkError, match="seams"):
+    with pytest.raises(WalkError, match="transitions"):
         synthesize(walk, blend_durations=given[1:])
 
 
@@ -227,7 +229,7 @@ def test_tags_are_those_of_the_segments(walk, played):
     expected = {tag: np.zeros(played.n_frames, dtype=bool) for tag in played.tags}
     for i, index in enumerate(walk.segments):
         for tag, mask in walk.embedding.graph.segments[index].tags.items():
-            expected[tag][walk.seams[i] : walk.seams[i + 1] + 1] |= mask
+            expected[tag][walk.node_frames[i] : walk.node_frames[i + 1] + 1] |= mask
     for tag, mask in played.tags.items():
         assert np.array_equal(mask, expected[tag])
 

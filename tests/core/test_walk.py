@@ -47,11 +47,11 @@ def test_the_root_passes_through_every_grid_element(seed, tiled):
     assume(embedding.n_nodes > 0)
     walk = finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(5.0)))
     grid = embedding.environment.grid
-    at_seams = walk.root_path[walk.seams]
+    at_seams = walk.root_path[walk.node_frames]
     assert np.allclose(at_seams[:, :2], grid.positions(walk.states[:, :2]), atol=1e-9)
     turned = (at_seams[:, 2] - walk.states[:, 2] * grid.heading_step) / (2 * np.pi)
     assert np.allclose(turned, np.rint(turned), atol=1e-9)
-    assert walk.duration == pytest.approx(walk.seams[-1] / embedding.graph.frame_rate)
+    assert walk.duration == pytest.approx(walk.node_frames[-1] / embedding.graph.frame_rate)
     assert walk.duration >= 5.0 - 1e-6
     # No jump anywhere, on a tiled ground neither: steps are as long as those of the clips, plus their edits.
     longest = max(np.linalg.norm(np.diff(s.path[:, :2], axis=0), axis=1).max() for s in embedding.graph.segments)
@@ -123,7 +123,7 @@ def test_100_000_steps_without_a_dead_end_or_a_collision(room):
             for i, segment in enumerate(walk.segments):
                 tags = room.graph.segments[segment].tags
                 if "step" in tags:
-                    tagged[walk.seams[i] : walk.seams[i + 1] + 1] |= tags["step"]
+                    tagged[walk.node_frames[i] : walk.node_frames[i + 1] + 1] |= tags["step"]
             assert box_distance(path[~tagged], STEP).min() >= MARGIN - 1e-9
             crossed += np.count_nonzero(np.diff(np.sign(path[:, 1] - STEP[0][1])))
         assert walk.duration * frame_rate == len(path) - 1

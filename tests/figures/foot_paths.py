@@ -58,7 +58,7 @@ def strict_slide(walk: Walk, clip: MotionClip) -> float:
     """Mean speed (m/s) over the ground of every joint that its clip says is planted, ankles of rolling feet too."""
     graph, feet = walk.embedding.graph, foot_joints(clip.skeleton)
     found = []
-    for index, first in zip(walk.segments, walk.seams[:-1], strict=True):
+    for index, first in zip(walk.segments, walk.node_frames[:-1], strict=True):
         segment = graph.segments[index]
         for joints, planted in zip(feet, joint_contacts(graph.clips[segment.clip]), strict=True):
             on = planted[segment.first : segment.last + 1]
@@ -80,7 +80,7 @@ def draw(name: str, walk: Walk, before: MotionClip, after: MotionClip, seconds: 
         heights, speeds = figure.add_subplot(grid[0, side]), figure.add_subplot(grid[1, side])
         for panel in (heights, speeds):
             shade(panel, [plant for plant in plants if plant.side == side], rate, times[-1])
-            for seam in walk.seams[(walk.seams > 0) & (walk.seams <= last)]:
+            for seam in walk.node_frames[(walk.node_frames > 0) & (walk.node_frames <= last)]:
                 panel.axvline(seam / rate, color="#999999", linewidth=0.8, linestyle=":")
             panel.set_xlim(0, times[-1])
         for clip, colour, label in ((before, BEFORE, "before"), (after, AFTER, "after")):

@@ -18,7 +18,7 @@ NEVER = 65535
 HEADING_LEVER = 0.5
 
 
-class Course:
+class TimeToGo:
     """Goals to pass in order. Layer i means: goals 0 to i - 1 are passed, goal i is next.
 
     Parameters
@@ -86,24 +86,27 @@ class _Wave:
     end_keys: np.ndarray
 
 
-def keep_to_steps(reader: LinkReader, course: Course, starts: np.ndarray) -> Generator[Progress, None, Trail]:
-    """The quickest walk from the (n, 4) ``starts`` that keeps to the course: exactly, and of all such with the least
-    root edit (:func:`link_edits`, summed). From the quickest of the starts.
+def quickest_trail_steps(
+    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray
+) -> Generator[Progress, None, Trail]:
+    """Find the quickest walk from the (n, 4) ``starts``, exactly, and of all such the one with the least root edit.
+
+    It is :func:`link_edits`, summed. The walk begins at the quickest of the starts.
 
     Waves of nodes go out from the starts, along all links that are on a quickest way; then the least edit is summed
     up from the last wave back to the first.
     """
-    embedding = course.embedding
+    embedding = time_to_go.embedding
     durations = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
     destination = embedding.unrolling.stencils.segment
     edits = link_edits(embedding)
 
-    frames = course.frames_at(0, starts)
+    frames = time_to_go.frames_at(0, starts)
     least = int(frames.min())
     starts, frames = starts[frames == least], frames[frames == least]
-    pool = _Pool(embedding, course.n_goals)
+    pool = _Pool(embedding, time_to_go.n_goals)
     layer, wrapped = np.zeros(len(starts), dtype=int), reader.wrapped(starts)
-    first_keys = pool.add(course.advanced(layer, wrapped, frames), wrapped, frames)
+    first_keys = pool.add(time_to_go.advanced(layer, wrapped, frames), wrapped, frames)
     waves: list[_Wave] = []
     while pool.frames_left:
         yield Progress(0.9 * (1 - pool.frames_left / max(least, 1)), "Laying out the quickest ways")
@@ -113,11 +116,11 @@ def keep_to_steps(reader: LinkReader, course: Course, starts: np.ndarray) -> Gen
         ends = reader.wrapped(reader.ends(nodes[rows], stencils))
         left = frames[rows] - durations[destination[stencils]]
         quickest = np.zeros(len(rows), dtype=bool)
-        for goal in range(course.n_goals):
+        for goal in range(time_to_go.n_goals):
             here = np.flatnonzero((layer[rows] == goal) & (left >= 0))
-            quickest[here] = course.frames_at(goal, ends[here]) == left[here]
+            quickest[here] = time_to_go.frames_at(goal, ends[here]) == left[here]
         rows, stencils, ends, left = rows[quickest], stencils[quickest], ends[quickest], left[quickest]
-        end_keys = pool.add(course.advanced(layer[rows], ends, left), ends, left)
+        end_keys = pool.add(time_to_go.advanced(layer[rows], ends, left), ends, left)
         waves.append(_Wave(keys, rows, stencils, end_keys))
 
     cost = np.zeros(pool.n_keys)
@@ -154,7 +157,7 @@ class _Pool:
         return max(self._waiting, default=0)
 
     def add(self, layer: np.ndarray, nodes: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """Numbers of nodes; those that are new wait, except at the end of the course."""
+        """Numbers of nodes; those that are new wait, except at the end of the time_to_go."""
         codes = np.ravel_multi_index((layer, *nodes.T), self._shape)
         distinct, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
         numbers = []

@@ -1,4 +1,4 @@
-"""Seams: what changes where one segment of a walk takes over from another."""
+"""Transitions: what changes where one segment of a walk takes over from another."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,20 +12,20 @@ from .walk import Walk
 
 
 @dataclass(frozen=True)
-class SeamGaps:
-    """The gaps between the source clips' poses at the S seams of a walk, place and heading left out; J joints.
+class TransitionGaps:
+    """The gaps between the source clips' poses at the S transitions of a walk, place and heading left out; J joints.
 
     Attributes
     ----------
     frames, ends : (S,) int array
         Frame of the walk at which the next segment starts, and at which the last one ends: the same, but for the
-        seam of a closed walk between its end and its start.
+        transition of a closed walk between its end and its start.
     before, after : (S,) int array
         Number of the segment on the walk that ends there, and of the one that starts.
     turns : (S, J, 3) float array
-        Rotation vectors (rad) from each joint's rotation before the seam to that after it, in its own frame before.
+        Rotation vectors (rad) from each joint's rotation before the transition to that after it, in the frame before.
     turn_rates : (S, 2, J, 3) float array
-        Rates (rad/s) at the seam of the rotation vectors that are to be added before, and after it, so that the
+        Rates (rad/s) at the transition of the rotation vectors that are to be added before, and after it, so that the
         angular velocity of both sides is the same there.
     moves, move_rates : (S, J, 3) float array
         The same of the translations: metres, and what their velocities (m/s) change by.
@@ -42,12 +42,12 @@ class SeamGaps:
 
     @cached_property
     def angles(self) -> np.ndarray:
-        """(S, J) radians that each joint turns by at each seam."""
+        """(S, J) radians that each joint turns by at each transition."""
         return np.linalg.norm(self.turns, axis=2)
 
 
-def seam_gaps(walk: Walk, closed: bool = False) -> SeamGaps:
-    """The gaps at the seams of a walk; if it is closed, at last the one between its end and its start.
+def transition_gaps(walk: Walk, closed: bool = False) -> TransitionGaps:
+    """The gaps at the transitions of a walk; if it is closed, at last the one between its end and its start.
 
     Rates are centred differences in the whole clips, so that a segment followed by its own continuation leaves no gap
     at all. WalkError if a closed walk does not end at the node that it starts from.
@@ -73,9 +73,9 @@ def seam_gaps(walk: Walk, closed: bool = False) -> SeamGaps:
     seen_a, seen_b = quat.rotate(quat.inverse(half), omega_a), quat.rotate(half, omega_b)
     common = (seen_a + seen_b) / 2
     rates = [quat.rotvec_rate(turns / 2, common - seen_a), quat.rotvec_rate(-turns / 2, common - seen_b)]
-    return SeamGaps(
-        frames=walk.seams[:-1][after],
-        ends=walk.seams[1:][before],
+    return TransitionGaps(
+        frames=walk.node_frames[:-1][after],
+        ends=walk.node_frames[1:][before],
         before=before,
         after=after,
         turns=turns,
@@ -104,11 +104,11 @@ def poses_at(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple
 
 
 def window_steps(windows: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """The frames of (S,) windows at seams: which seam, and how far from it, from ``first`` to the window's last."""
+    """Return the transition, and the distance to it, of each frame of (S,) windows, from ``first`` to the last."""
     counts = np.where(windows > 0, windows + 1 - first, 0)
-    seam = np.repeat(np.arange(len(windows)), counts)
-    step = np.arange(len(seam)) - np.repeat(np.cumsum(counts) - counts, counts) + first
-    return seam, step
+    transition = np.repeat(np.arange(len(windows)), counts)
+    step = np.arange(len(transition)) - np.repeat(np.cumsum(counts) - counts, counts) + first
+    return transition, step
 
 
 def _rates(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,10 +18,10 @@ _SAME_PLACE = 5e-3
 """Share of the stature, and radians / 10, that a companion may stray by in most frames: blends move it a little."""
 _MOST = 75
 _MOVES = 0.05
-"""Share of the stature that a joint must move by, as the hips see it, for its companions to be told."""
+"""Share of the stature that a joint must move by, as the hips see it, for its coupled to be told."""
 
 
-def find_companions(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> dict[int, int]:
+def find_coupled_joints(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> dict[int, int]:
     """Joint -> joint of the leg that it is one piece with, of those that neither hang from the leg nor carry it.
 
     Told from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion; none if the leg hardly moves
@@ -72,20 +72,20 @@ def _below(skeleton: Skeleton, joint: int) -> list[int]:
     return sorted(found - {joint})
 
 
-def move_companions(
-    companions: dict[int, int],
+def move_coupled_joints(
+    coupled: dict[int, int],
     skeleton: Skeleton,
     old: tuple[np.ndarray, np.ndarray],
     rotations: np.ndarray,
     translations: np.ndarray,
     frames: np.ndarray,
 ) -> None:
-    """Move companions with their joints on some frames, in the new local ``rotations`` and ``translations``.
+    """Move coupled with their joints on some frames, in the new local ``rotations`` and ``translations``.
 
     ``old`` are the world rotations (F, J, 4) and positions (F, J, 3) of the motion before. What hangs from a companion
     goes with it.
     """
-    if not companions or len(frames) == 0:
+    if not coupled or len(frames) == 0:
         return
     old_rotations, old_positions = (array[frames] for array in old)
     new_rotations, new_positions = world_transforms(rotations[frames], translations[frames], skeleton.parents)
@@ -93,8 +93,8 @@ def move_companions(
     for joint in range(1, skeleton.n_joints):
         parent = int(skeleton.parents[joint])
         carrier = new_rotations[:, parent]
-        if joint in companions:
-            leader = companions[joint]
+        if joint in coupled:
+            leader = coupled[joint]
             turn = quat.multiply(new_rotations[:, leader], quat.inverse(old_rotations[:, leader]))
             away = quat.rotate(turn, old_positions[:, joint] - old_positions[:, leader])
             new_positions[:, joint] = new_positions[:, leader] + away
