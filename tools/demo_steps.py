@@ -15,9 +15,6 @@ from ..addon.bridge.owned import OUTPUT, ensure_collection, find_walk_curve
 from ..addon.bridge.text import area, counted, number, place, share, time
 from ..addon.properties import MapQuantity
 from ..addon.render.floor import find_floor
-from ..addon.render.map_picture import MapScene, draw_map
-from ..addon.render.view_picture import choose_moments, draw_view
-from ..addon.render.viewport import add_camera_and_sun, set_up_viewports
 from ..addon.results.state import embedding_of, graph_of, results, walk_of
 from ..addon.walks.request import read_motion_request, read_request
 from ..core.errors import ClipError, MotionGraphError, SceneError
@@ -27,6 +24,9 @@ from ..core.playback.styles import walk_steps
 from ..core.playback.walk import Walk
 from ..core.playback.walk_motion import motion_steps
 from ..core.progress import finish
+from .pictures.map_picture import MapScene, draw_map
+from .pictures.view_picture import choose_moments, draw_view
+from .pictures.viewports import add_camera_and_sun, set_up_viewports
 
 _FRAME_RATE = 30
 _SMALLEST_GAP = 1.0

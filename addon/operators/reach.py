@@ -3,8 +3,8 @@
 import bpy
 
 from ...core.evaluation.query import query_steps
-from ...core.maps import map_of
-from ...core.maps.query import NAME, paint_query
+from ...core.maps import QUERY
+from ...core.maps.times import paint_query
 from ..jobs import LongOperator
 from ..render.viewport import show_colors
 from ..results.findings.finding import keep_finding
@@ -32,10 +32,10 @@ class WAYFARER_OT_find_reach(AsksEmbedding, LongOperator, bpy.types.Operator):
         finding, painted = result
         scene, settings = context.scene, context.scene.wayfarer.map
         # First, because it may be refused: then nothing has changed.
-        key = settings.key_of(map_of(NAME))
+        key = settings.key_of(QUERY)
         paint_floor(scene, finding.embedding, painted, key, settings.offset, in_operator=True)
         keep_finding(scene, finding)
-        settings.quantity = NAME
+        settings.quantity = QUERY.name
         show_colors(context.screen, scene)
         self.report({"INFO"}, painted.report)
         self.warn_if_stale(scene)

@@ -1,1 +1,1 @@
-"""How results look: colours of the floor map, the walk as a curve, pictures of both."""
+"""Results in the scene and over the viewport: the painted floor, walks as curves, boxes and lines."""

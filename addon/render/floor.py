@@ -43,13 +43,13 @@ def put_on_floor(scene, grid, ground_height: float, offset: float, painted: Pain
 
 
 def find_floor(scene):
-    """The scene's painted floor, or None."""
+    """Return the scene's painted floor, or None."""
     collection = find_collection(scene, OUTPUT)
     return painted_ground(collection) if collection is not None else None
 
 
 def floor_legend(floor) -> MapLegend | None:
-    """What the colours of a painted floor mean; None if it does not say, or not in a way that we understand."""
+    """Return the legend of a painted floor; None if it has none that can be read."""
     text = floor.get(LEGEND_PROPERTY)
     if not isinstance(text, str):
         return None

@@ -1,4 +1,4 @@
-"""What a map is: a name, a few settings that it heeds, and a function that paints it."""
+"""A kind of map: a name, the settings that it heeds, and a function that paints it."""
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from .legend import MapLegend, Swatch
 
 @dataclass(frozen=True)
 class MapOptions:
-    """What the maps can be asked to show; each heeds those that it names in ``FloorMap.heeds``.
+    """Settings of all maps; each heeds those that it names in ``FloorMap.heeds``.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class MapOptions:
     query: Query = field(default_factory=Query)
 
     def heading_index(self, embedding: Embedding) -> int | None:
-        """The grid's heading that is nearest to ``heading``."""
+        """Return the grid's heading that is nearest to ``heading``."""
         grid = embedding.environment.grid
         return None if self.heading is None else round(self.heading / grid.heading_step) % grid.n_headings
 
@@ -101,13 +101,13 @@ class FloorMap:
 
 
 def place_swatches(scale: FloorScale, embedding: Embedding, unreached: str) -> tuple[Swatch, ...]:
-    """What the colours beside the scale mean; those of regions only where there are any."""
+    """Return the legend of the colours beside the scale; those of regions only where there are any."""
     ruled = (Swatch(scale.ruled, "Region With a Rule"),) if embedding.environment.regions else ()
     return (Swatch(scale.unreached, unreached), *ruled, Swatch(scale.blocked, "Too Near an Obstacle"))
 
 
 def heading_words(embedding: Embedding, index: int | None) -> str:
-    """ ", Heading 45°" for a single heading, nothing for all of them."""
+    """Return ", Heading 45°" for a single heading, and nothing for all of them."""
     if index is None:
         return ""
     return f", Heading {wording.angle(index * embedding.environment.grid.heading_step)}"

@@ -1,4 +1,4 @@
-"""What the colours of a painted floor mean: kept with the floor, shown in the panel and in the viewport."""
+"""Legends of painted floors: kept with the floor, shown in the panel and in the viewport."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -51,12 +51,12 @@ class MapLegend:
     numbers: tuple[tuple[str, str], ...] = ()
 
     def to_json(self) -> str:
-        """As text, to be kept with an object."""
+        """Return the legend as text, to be kept with an object."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> "MapLegend":
-        """What :meth:`to_json` wrote; ValueError, KeyError or TypeError for anything else."""
+        """Read the text of :meth:`to_json`; ValueError, KeyError or TypeError for anything else."""
         read = json.loads(text)
         bar = read["bar"]
         return cls(

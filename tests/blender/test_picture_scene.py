@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ground_grid, paint
-from bl_ext.user_default.wayfarer.addon.render import view_picture
-from bl_ext.user_default.wayfarer.addon.render.legend import Legend
-from bl_ext.user_default.wayfarer.addon.render.map_picture import MapScene
-from bl_ext.user_default.wayfarer.addon.render.picture_scene import picture_scene
+from bl_ext.user_default.wayfarer.tools.pictures import view_picture
+from bl_ext.user_default.wayfarer.tools.pictures.legend import Legend
+from bl_ext.user_default.wayfarer.tools.pictures.map_picture import MapScene
+from bl_ext.user_default.wayfarer.tools.pictures.picture_scene import picture_scene
 
 BLOCKS = ("scenes", "worlds", "objects", "meshes", "curves", "materials", "cameras", "lights", "fonts", "node_groups")
 

@@ -14,9 +14,9 @@ import pytest
 
 import dev
 from bl_ext.user_default.wayfarer.addon.bridge import versions
-from bl_ext.user_default.wayfarer.addon.render.picture_scene import picture_scene
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.core.maps.colors import linear
+from bl_ext.user_default.wayfarer.tools.pictures.picture_scene import picture_scene
 
 SIZE = 16
 # Looked at from .venv; made by `dev.py test --blender VERSION`.

@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
+from ...addon.bridge.versions import keep_material_colors
 from ...core.maps.colors import linear
-from ..bridge.versions import keep_material_colors
 
 _TEMPORARY = "wayfarer_temporary"
 """Custom property of what is removed with the scene."""

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..bridge.versions import node_tree
-from ..bridge.write_colors import ATTRIBUTE
+from ...addon.bridge.versions import node_tree
+from ...addon.bridge.write_colors import ATTRIBUTE
 from .map_picture import MapScene
 from .picture_scene import PictureScene, opaque, picture_scene
 
