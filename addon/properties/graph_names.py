@@ -1,5 +1,10 @@
 """Names to choose from: of the motion graph that was embedded, because that is what walks, maps and questions use."""
 
+from collections.abc import Callable
+from typing import Any
+
+from ...core.motion.graph import MotionGraph
+
 
 def segment_names(settings, context, typed: str) -> list[str]:
     graph = _graph(settings)
@@ -24,6 +29,10 @@ def matching(names, typed: str) -> list[str]:
     return [name for name in names if typed.lower() in name.lower()]
 
 
+def _no_graph(scene) -> MotionGraph | None:
+    return None
+
+
 class GraphSource:
     """Find the motion graph of a scene for those who choose names from it.
 
@@ -31,10 +40,10 @@ class GraphSource:
     """
 
     def __init__(self):
-        self.clear()
+        self.graph_of: Callable[[Any], MotionGraph | None] = _no_graph
 
     def clear(self) -> None:
-        self.graph_of = lambda scene: None
+        self.graph_of = _no_graph
 
 
 SOURCE = GraphSource()

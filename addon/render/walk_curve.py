@@ -1,5 +1,7 @@
 """The walk as a curve on the floor."""
 
+from typing import cast
+
 import bpy
 import numpy as np
 
@@ -50,7 +52,7 @@ def remove_walk_curve(scene) -> None:
     collection = find_collection(scene, OUTPUT)
     obj = find_walk_curve(collection) if collection is not None else None
     if obj is not None:
-        curve = obj.data
+        curve = cast(bpy.types.Curve, obj.data)
         bpy.data.objects.remove(obj)
         if curve.users == 0:
             bpy.data.curves.remove(curve)
