@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.motion.joint_roles import JointRole, guess_joint_roles
+from ...core.motion.joint_roles import JointRole
 from .body_shapes import Part, capsule, egg, joined, slab, trunk
 from .materials import own_material, remove_unused_materials
 from .rig import bind_rig
@@ -68,13 +68,13 @@ class _Mannequin:
     def __init__(self, armature_object):
         skeleton = bind_rig(armature_object).skeleton
         bones = armature_object.data.bones
-        self.names, self.parents = skeleton.names, np.asarray(skeleton.parents)
+        self.skeleton, self.names, self.parents = skeleton, skeleton.names, np.asarray(skeleton.parents)
         self.heads = np.array([bones[name].head_local for name in self.names])
         self.tails = np.array([bones[name].tail_local for name in self.names])
         self.deforms = [bones[name].use_deform for name in self.names]
         up = np.array(armature_object.matrix_world.to_3x3().inverted())[:, 2]
         self.up = up / np.linalg.norm(up)
-        roles = guess_joint_roles(skeleton)
+        roles = skeleton.roles
         self.joint = {key: joints[0] for key, joints in roles.items()}
         self.spine = roles.get((JointRole.SPINE, ""), ())
         limbs = [(role, side) for role in _LIMB_RADII for side in ("left", "right")]
@@ -105,16 +105,16 @@ class _Mannequin:
                     done.add(joint)
                 if role is JointRole.FOOT:
                     parts += self._foot(joint, self.joint.get((JointRole.TOES, side)))
-                    done |= {joint, *self._below(joint)}
+                    done |= {joint, *self.skeleton.descendants(joint)}
                 if role is JointRole.LOWER_ARM:
                     hands = np.flatnonzero(self.parents == joint)
                     if len(hands):
                         parts.append(self._hand(int(hands[0]), joint))
-                    done |= set(self._below(joint))
+                    done |= set(self.skeleton.descendants(joint))
             if (JointRole.HEAD, "") in self.joint:
                 head = self.joint[JointRole.HEAD, ""]
                 parts += self._head(head)
-                done |= {head, *self._below(head), *self._between(self.spine[-1], head)}
+                done |= {head, *self.skeleton.descendants(head), *self._between(self.spine[-1], head)}
             for side in ("left", "right"):
                 arm, leg = self.joint[JointRole.UPPER_ARM, side], self.joint[JointRole.THIGH, side]
                 collars = self._between(max(self.spine), arm)
@@ -218,13 +218,6 @@ class _Mannequin:
             found.append(joint)
             joint = int(self.parents[joint])
         return found[::-1]
-
-    def _below(self, joint: int) -> list[int]:
-        found = [joint]
-        for other in range(joint + 1, len(self.names)):
-            if self.parents[other] in found:
-                found.append(other)
-        return found[1:]
 
 
 def remove_body(body) -> None:

@@ -6,7 +6,6 @@ import bpy
 import numpy as np
 
 from ...core.motion import quat
-from ...core.motion.kinematics import world_transforms
 from ...core.motion.skeleton import Skeleton
 from .rig import FORWARD_PROPERTY
 
@@ -24,10 +23,8 @@ def create_armature(skeleton: Skeleton, tails: Mapping[str, np.ndarray], name: s
     the same axes. Where it does not, :func:`write_clip` accounts for the difference. The object stands at
     the world's origin, unrotated, and is made the active one; bones rotate in quaternions.
     """
-    rotations, positions = world_transforms(
-        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
-    )
-    heads, joint_z = positions[0], quat.rotate(rotations[0], [0.0, 0.0, 1.0])
+    rotations, heads = skeleton.rest_world
+    joint_z = quat.rotate(rotations, [0.0, 0.0, 1.0])
     ends = _tails(skeleton, heads, tails)
 
     armature = bpy.data.armatures.new(name)
@@ -55,7 +52,7 @@ def create_armature(skeleton: Skeleton, tails: Mapping[str, np.ndarray], name: s
     bpy.ops.object.mode_set(mode="OBJECT")
     if guest:
         scene_collection.objects.unlink(armature_object)
-    armature_object[FORWARD_PROPERTY] = tuple(quat.rotate(rotations[0, 0], skeleton.forward))
+    armature_object[FORWARD_PROPERTY] = tuple(skeleton.rest_forward)
     return armature_object
 
 

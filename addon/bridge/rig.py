@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.errors import ClipError
 from ...core.motion import quat
-from ...core.motion.kinematics import local_transforms
+from ...core.motion.kinematics import ancestors, descendants, local_transforms
 from ...core.motion.sides import mirrored_pairs
 from ...core.motion.skeleton import Skeleton
 from .rotation_modes import REST_CHANNELS
@@ -108,9 +108,8 @@ class RigBinding:
     @cached_property
     def outside_body(self) -> np.ndarray:
         """(K,) joints of the bones that do not hang below joint 0 in the armature, parents first."""
-        inside = _below(self.bone_parents, 0)
-        inside[0] = True
-        return self.bone_order[~inside[self.bone_order]]
+        inside = [0, *descendants(self.bone_parents, 0)]
+        return self.bone_order[~np.isin(self.bone_order, inside)]
 
     @cached_property
     def keeps_parent(self) -> np.ndarray:
@@ -263,9 +262,9 @@ def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
     to_world = placement.rotation
     rotations = quat.multiply(to_world, quat.from_matrix(rests[:, :3, :3]))
     positions = placement.translation + placement.scale * quat.rotate(to_world, rests[:, :3, 3])
-    below_root = _below(bone_parents, 0)
-    parents = np.where(below_root, bone_parents, 0)
-    parents[0] = -1
+    parents = np.zeros_like(bone_parents)
+    below_root = descendants(bone_parents, 0)
+    parents[0], parents[below_root] = -1, bone_parents[below_root]
     if forward is not None:
         direction = quat.rotate(to_world, np.asarray(forward, dtype=float) / np.linalg.norm(forward))
     else:
@@ -335,17 +334,9 @@ def _joint_order(parents, root) -> np.ndarray:
 
     Blender lists every bone after its parent.
     """
-    rank = np.where(_below(parents, root), 1, 2)
-    rank[root] = 0
+    rank = np.full(len(parents), 2)
+    rank[root], rank[descendants(parents, root)] = 0, 1
     return np.argsort(rank, kind="stable")
-
-
-def _below(parents, root) -> np.ndarray:
-    """(J,) bool: descendants of ``root``, itself excluded."""
-    below = np.zeros(len(parents), dtype=bool)
-    for index in np.argsort(_depths(parents), kind="stable"):
-        below[index] = parents[index] >= 0 and (parents[index] == root or below[parents[index]])
-    return below
 
 
 def _depths(parents) -> np.ndarray:
@@ -353,23 +344,14 @@ def _depths(parents) -> np.ndarray:
 
 
 def _depth(parents, index) -> int:
-    return len(_ancestors(parents, index))
-
-
-def _ancestors(parents, index) -> list[int]:
-    """Nearest first."""
-    found = []
-    while parents[index] >= 0:
-        index = int(parents[index])
-        found.append(index)
-    return found
+    return len(ancestors(parents, index))
 
 
 def _top(parents, index) -> int:
-    return ([index, *_ancestors(parents, index)])[-1]
+    return ([index, *ancestors(parents, index)])[-1]
 
 
 def _meeting_point(parents, left, right) -> int:
     """The nearest common ancestor, -1 if there is none."""
-    above = set(_ancestors(parents, right))
-    return next((ancestor for ancestor in _ancestors(parents, left) if ancestor in above), -1)
+    above = set(ancestors(parents, right))
+    return next((ancestor for ancestor in ancestors(parents, left) if ancestor in above), -1)

@@ -9,7 +9,6 @@ import numpy as np
 from ...core.errors import ClipError
 from ...core.motion import quat
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import world_transforms
 from ...core.motion.skeleton import Skeleton
 from .action_curves import action_curves, actions_of
 from .carriers import Carriers, find_carriers, levelled
@@ -140,7 +139,7 @@ def carried_placements(binding: RigBinding, clip: MotionClip, carriers: Carriers
     if not carriers.object_moves:
         return Placements(rotation, translation, present.scale)
     x, y, heading = clip.ground_path.T
-    forward = quat.rotate(skeleton.rest_rotations[0], skeleton.forward)
+    forward = skeleton.rest_forward
     angles = heading - np.arctan2(forward[1], forward[0])
     turn = quat.about("z", angles) if "rotation" in carriers.object_moves else quat.IDENTITY
     if "location" in carriers.object_moves:
@@ -249,13 +248,13 @@ def _axis_corrections(binding: RigBinding, skeleton: Skeleton, bones, joints) ->
     own = binding.skeleton
     if _same_rest(skeleton, own):
         return dict.fromkeys(bones, quat.IDENTITY)
-    joint_turns, joint_places = _rest_world(skeleton)
-    bone_turns, bone_places = _rest_world(own)
+    joint_turns, joint_places = skeleton.rest_world
+    bone_turns, bone_places = own.rest_world
     aligned = _heading_between(
         joint_places[joints],
         bone_places[bones],
-        quat.rotate(joint_turns[0], skeleton.forward),
-        quat.rotate(bone_turns[0], own.forward),
+        skeleton.rest_forward,
+        own.rest_forward,
     )
     return {
         bone: quat.multiply(quat.inverse(quat.multiply(aligned, joint_turns[joint])), bone_turns[bone])
@@ -270,13 +269,6 @@ def _same_rest(skeleton: Skeleton, other: Skeleton) -> bool:
     turned = 1 - np.abs(np.sum(skeleton.rest_rotations[1:] * other.rest_rotations[1:], axis=1))
     moved = skeleton.rest_translations[1:] - other.rest_translations[1:]
     return bool(np.all(turned < 1e-6) and np.all(np.abs(moved) < 1e-4) and skeleton.forward @ other.forward > 1 - 1e-6)
-
-
-def _rest_world(skeleton: Skeleton):
-    rotations, positions = world_transforms(
-        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
-    )
-    return rotations[0], positions[0]
 
 
 def _heading_between(places, target_places, forward, target_forward) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...core.motion.joint_roles import joint_weights
+from ...core.motion.distance import joint_weights
 from ..bridge.rig import bind_rig
 from ..bridge.text import counted
 from ..jobs import LongOperator

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...core.motion import quat
 from ...core.motion.clip import MotionClip
-from ...core.motion.kinematics import world_transforms
 from ...core.motion.repertoire import sample_bone_lengths, sample_skeleton
 from ..bridge.body import add_body
 from ..bridge.create_armature import create_armature
@@ -38,9 +37,6 @@ def add_sample_character(clips: Sequence[MotionClip], collection) -> tuple[bpy.t
 def _tails() -> dict[str, np.ndarray]:
     """World position of each bone's tail at rest, in metres."""
     skeleton, lengths = sample_skeleton(), sample_bone_lengths()
-    rotations, positions = world_transforms(
-        skeleton.rest_rotations[None], skeleton.rest_translations[None], skeleton.parents
-    )
-    along = quat.rotate(rotations[0], [0.0, 1.0, 0.0])
-    tails = positions[0] + lengths[:, None] * along
+    rotations, heads = skeleton.rest_world
+    tails = heads + lengths[:, None] * quat.rotate(rotations, [0.0, 1.0, 0.0])
     return dict(zip(skeleton.names, tails, strict=True))

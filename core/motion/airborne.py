@@ -6,10 +6,7 @@ import numpy as np
 
 from ..errors import ClipError
 from .clip import MotionClip
-from .joint_roles import foot_joints
-
-_FLOOR_PERCENTILE = 5
-"""A foot's floor is not its very lowest frame, which noise and landings push below where it stands."""
+from .contacts import FLOOR_PERCENTILE, foot_joints
 
 
 def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: float) -> np.ndarray:
@@ -22,7 +19,7 @@ def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: floa
     if not joints:
         raise ClipError(f"Clip '{clip.name}': there are no foot bones to tell its jumps by.")
     heights = clip.world[1][:, joints, 2]
-    return np.all(heights - np.percentile(heights, _FLOOR_PERCENTILE, axis=0) > height, axis=1)
+    return np.all(heights - np.percentile(heights, FLOOR_PERCENTILE, axis=0) > height, axis=1)
 
 
 def jump_mask(clip: MotionClip, height: float, lift: float = 0.03, lead: float = 0.1) -> np.ndarray:

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from .joint_roles import JointRole, guess_joint_roles
+from .joint_roles import JointRole
 from .skeleton import Skeleton
-from .stature import rest_world, stature
 
 #: Thigh and shin of a person of 1.75 m, in metres.
 _LEGS = 0.845
@@ -27,10 +26,10 @@ def body_radius(skeleton: Skeleton) -> float:
     Arms that swing out farther are left out, as by someone who passes through a door. Of a skeleton whose arms or legs
     cannot be told, a share of its height.
     """
-    roles, positions = guess_joint_roles(skeleton), rest_world(skeleton)[1]
+    roles, positions = skeleton.roles, skeleton.rest_world[1]
     arms = [roles.get((JointRole.UPPER_ARM, side), ()) for side in ("left", "right")]
     if not all(arms) or not all(roles.get((role, "left"), ()) for role in (JointRole.THIGH, JointRole.SHIN)):
-        return _HALF_WIDTH * stature(skeleton)
+        return _HALF_WIDTH * skeleton.stature
     left, right = (positions[joints[0]] for joints in arms)
     return 0.5 * float(np.linalg.norm(left - right)) + _FLESH * _LEGS * relative_size(skeleton)
 
@@ -40,13 +39,13 @@ def relative_size(skeleton: Skeleton) -> float:
 
     By the length of the legs in the rest pose, because stature depends on hats and weapons.
     """
-    roles, positions = guess_joint_roles(skeleton), rest_world(skeleton)[1]
+    roles, positions = skeleton.roles, skeleton.rest_world[1]
     leg = [roles.get((role, "left"), ()) for role in (JointRole.THIGH, JointRole.SHIN, JointRole.FOOT)]
     if all(leg):
         hip, knee, ankle = (positions[joints[0]] for joints in leg)
         legs = float(np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee))
     else:
-        legs = stature(skeleton) / _STATURE_TO_LEGS
+        legs = skeleton.stature / _STATURE_TO_LEGS
     size = legs / _LEGS
     # A rest pose shrunk to a point tells no size.
     return 1.0 if _PERSONS[0] <= size <= _PERSONS[1] or size < 1e-3 else size

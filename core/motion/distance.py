@@ -6,17 +6,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import ClipError
 from ..progress import Progress, finish
 from . import quat
 from .body_size import relative_size
 from .clip import MotionClip
-from .joint_roles import hips_joint, joint_weights
+from .joint_roles import JointRole
+from .skeleton import Skeleton
 
 SAMPLED_FRAMES = 400
 """Frames that are compared with all others to tell how many pairs there will be."""
 
 BLOCK_ELEMENTS = 1 << 16
 """Pairs that are worked on at a time by the dense form: few enough for the processor's cache."""
+
+
+_WEIGHTED_ROLES = (
+    JointRole.HIPS,
+    JointRole.SPINE,
+    JointRole.THIGH,
+    JointRole.SHIN,
+    JointRole.UPPER_ARM,
+    JointRole.LOWER_ARM,
+)
 
 
 @dataclass(frozen=True)
@@ -74,6 +86,31 @@ class PoseFeatures:
         return len(self.rotations)
 
 
+def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None) -> np.ndarray:
+    """(J,) weight of each joint's angle in the transition cost; the root's entry weighs its tilt.
+
+    Guessed unless ``by_name`` says otherwise: 1 for root, hips, spine, thighs, shins, upper and lower arms, 0 for
+    the rest (Lee et al. 2002, section 4.1). If thighs and shins cannot be told from the names, every joint
+    that has children weighs 1. ``by_name`` gives weights by bone name, replaces the guess for the bones that
+    it names and raises ClipError for unknown bones and negative weights.
+    """
+    roles = skeleton.roles
+    weights = np.zeros(skeleton.n_joints)
+    legs = [(role, side) for role in (JointRole.THIGH, JointRole.SHIN) for side in ("left", "right")]
+    if all(leg in roles for leg in legs):
+        for (role, _), joints in roles.items():
+            if role in _WEIGHTED_ROLES:
+                weights[list(joints)] = 1.0
+    else:
+        weights[np.unique(skeleton.parents[1:])] = 1.0
+    weights[0] = 1.0
+    for name, weight in (by_name or {}).items():
+        if not (np.isfinite(weight) and weight >= 0):
+            raise ClipError(f"The weight of bone '{name}' is {weight}; it must be zero or more.")
+        weights[skeleton.index(name)] = weight
+    return weights
+
+
 def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> PoseFeatures:
     """What of each frame of ``clip`` enters the transition cost.
 
@@ -113,7 +150,7 @@ def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> Pos
 
 def _body_height(clip: MotionClip) -> np.ndarray:
     """(F,) height of the hips in metres: where the root is a bone on the ground, it knows nothing of it."""
-    hips = hips_joint(clip.skeleton)
+    hips = clip.skeleton.hips
     return clip.world[1][:, hips, 2] if hips else clip.translations[:, 0, 2]
 
 

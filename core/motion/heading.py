@@ -7,9 +7,8 @@ from scipy.signal import butter, filtfilt
 
 from ..errors import ClipError
 from .clip import MotionClip
-from .joint_roles import JointRole, guess_joint_roles
+from .joint_roles import JointRole
 from .mirror import mirror_normal
-from .stature import rest_world
 
 DEFAULT_BANDWIDTH = 1.0
 """Hz. Rounds off 3 degrees of a turn of 90 degrees within one second, and flattens what repeats at every step."""
@@ -49,12 +48,12 @@ def with_steady_heading(clip: MotionClip, bandwidth: float | None = DEFAULT_BAND
 
 def _shoulder_direction(clip: MotionClip) -> np.ndarray:
     """(F,) complex: where the shoulders face, as long as their line looks from above; 0 if they cannot be told."""
-    roles = guess_joint_roles(clip.skeleton)
+    roles = clip.skeleton.roles
     keys = [(JointRole.UPPER_ARM, side) for side in ("left", "right")]
     if not all(key in roles for key in keys):
         return np.zeros(clip.n_frames, dtype=complex)
     left, right = (roles[key][0] for key in keys)
-    rest = rest_world(clip.skeleton)[1]
+    rest = clip.skeleton.rest_world[1]
     rest_line, line = rest[left] - rest[right], clip.world[1][:, left] - clip.world[1][:, right]
     normal = mirror_normal(clip.skeleton)
     # Nobody's shoulders are quite square in the rest pose.

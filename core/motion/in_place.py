@@ -6,18 +6,12 @@ import numpy as np
 
 from . import quat
 from .clip import MotionClip
-from .joint_roles import foot_joints
-from .stature import stature
+from .contacts import FLOOR_PERCENTILE, Feet, foot_joints
 
-_FLOOR_PERCENTILE = 5
-"""A foot's floor is not its very lowest frame, which noise and landings push below where it stands."""
 _TOUCH_HEIGHT = 0.006
 """Height above its floor, as a share of the character's stature, at which a joint bears little weight any more."""
 _CLIMB_SPEED = 0.2
 """Vertical speed, in statures per second, at which a joint is not standing but landing or leaving."""
-
-Feet = tuple[tuple[str, ...], tuple[str, ...]]
-"""Bone names of the left and of the right foot, ankle first, then toes."""
 
 
 def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -46,8 +40,8 @@ def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray
     chains = foot_joints(clip.skeleton, feet)
     joints = [joint for chain in chains for joint in chain]
     points = positions[:, joints]
-    size = stature(clip.skeleton)
-    height = points[..., 2] - np.percentile(points[..., 2], _FLOOR_PERCENTILE, axis=0)
+    size = clip.skeleton.stature
+    height = points[..., 2] - np.percentile(points[..., 2], FLOOR_PERCENTILE, axis=0)
     bearing = np.exp(-((np.maximum(height, 0) / (_TOUCH_HEIGHT * size)) ** 2))
     climb = np.diff(points[..., 2], axis=0) * clip.frame_rate / (_CLIMB_SPEED * size)
     weights = np.minimum(bearing[:-1], bearing[1:]) * np.exp(-(climb**2))

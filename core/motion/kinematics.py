@@ -1,4 +1,6 @@
-"""Forward kinematics: from local joint transforms to world space, and back."""
+"""Trees of joints: their hierarchy, and forward kinematics from local transforms to world space and back."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +13,27 @@ FARTHEST = 1e6
 def are_positions(points: np.ndarray) -> np.ndarray:
     """Test which of (..., 3) points are finite and not absurdly far away."""
     return np.all(np.abs(np.asarray(points, dtype=float)) <= FARTHEST, axis=-1)
+
+
+def ancestors(parents: Sequence[int] | np.ndarray, joint: int) -> list[int]:
+    """List the joints above one, nearest first; ``parents`` (J,) holds the index of each one's parent, or -1.
+
+    >>> ancestors([-1, 0, 1, 0], 2)
+    [1, 0]
+    """
+    found = []
+    while (joint := int(parents[joint])) >= 0:
+        found.append(joint)
+    return found
+
+
+def descendants(parents: Sequence[int] | np.ndarray, joint: int) -> list[int]:
+    """List the joints that hang from one, itself left out, in ascending order.
+
+    >>> descendants([-1, 0, 1, 0], 0)
+    [1, 2, 3]
+    """
+    return [other for other in range(len(parents)) if joint in ancestors(parents, other)]
 
 
 def world_transforms(

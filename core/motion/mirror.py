@@ -9,9 +9,7 @@ from ..errors import ClipError
 from . import quat
 from .clip import MotionClip
 from .kinematics import local_transforms
-from .sides import partners
 from .skeleton import Skeleton
-from .stature import rest_world, stature
 
 MIRRORED = " (mirrored)"
 """What is added to the name of a mirrored clip."""
@@ -36,10 +34,10 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
     hierarchy is not the same on both sides.
     """
     skeleton = clip.skeleton
-    other = partners(skeleton)
+    other = skeleton.partners
     normal = mirror_normal(skeleton)
     _check_symmetry(clip, other, normal, tolerance)
-    rest = rest_world(skeleton)[0]
+    rest = skeleton.rest_world[0]
 
     # From the mirror image in the rest pose's plane of symmetry to that in the plane of the path.
     start = clip.ground_path[0]
@@ -69,7 +67,7 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
 
 def mirror_normal(skeleton: Skeleton) -> np.ndarray:
     """(3,) unit vector to the character's left in its rest pose, horizontal; ClipError if forward is vertical."""
-    forward = quat.rotate(skeleton.rest_rotations[0], skeleton.forward)
+    forward = skeleton.rest_forward
     length = np.hypot(forward[0], forward[1])
     if length < 1e-3:
         raise ClipError(
@@ -81,8 +79,8 @@ def mirror_normal(skeleton: Skeleton) -> np.ndarray:
 
 def asymmetry(skeleton: Skeleton) -> np.ndarray:
     """(J,) metres between each joint of the rest pose and the mirror image of its partner, or of itself."""
-    other, normal = partners(skeleton), mirror_normal(skeleton)
-    positions = rest_world(skeleton)[1]
+    other, normal = skeleton.partners, mirror_normal(skeleton)
+    positions = skeleton.rest_world[1]
     aside = positions @ normal
     middle = np.median((aside + aside[other]) / 2)
     centred = positions - middle * normal
@@ -108,7 +106,7 @@ def _check_symmetry(clip: MotionClip, other: np.ndarray, normal: np.ndarray, tol
             )
     apart = asymmetry(skeleton)
     worst = int(np.argmax(apart))
-    if apart[worst] > tolerance * stature(skeleton):
+    if apart[worst] > tolerance * skeleton.stature:
         pair = f"bones '{names[worst]}' and '{names[other[worst]]}' are"
         subject = f"bone '{names[worst]}' is" if other[worst] == worst else pair
         raise ClipError(

@@ -3,10 +3,6 @@
 import re
 from collections.abc import Iterable
 
-import numpy as np
-
-from .skeleton import Skeleton
-
 _WORDS = {"left": "right", "right": "left", "l": "r", "r": "l"}
 _SIDE = re.compile(
     r"""
@@ -34,13 +30,3 @@ def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
                 pairs.append((name, partner))
                 break
     return pairs
-
-
-def partners(skeleton: Skeleton) -> np.ndarray:
-    """(J,) int: for each joint the one whose name differs only in its side, or itself if there is none."""
-    result = np.arange(skeleton.n_joints)
-    for left, right in mirrored_pairs(skeleton.names):
-        joints = skeleton.index(left), skeleton.index(right)
-        if all(result[joint] == joint for joint in joints):
-            result[list(joints)] = joints[::-1]
-    return result

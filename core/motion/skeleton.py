@@ -1,5 +1,6 @@
 """The joints of a character: names, hierarchy and rest pose."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -7,7 +8,9 @@ import numpy as np
 
 from ..errors import ClipError
 from . import quat
-from .kinematics import are_positions, world_transforms
+from .joint_roles import JointRole, guess_joint_roles
+from .kinematics import ancestors, are_positions, descendants, world_transforms
+from .sides import mirrored_pairs
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,53 @@ class Skeleton:
         for array in (rotations, positions):
             array.flags.writeable = False
         return rotations[0], positions[0]
+
+    @cached_property
+    def rest_forward(self) -> np.ndarray:
+        """(3,) the forward direction of the rest pose in the world."""
+        return quat.rotate(self.rest_rotations[0], self.forward)
+
+    @cached_property
+    def stature(self) -> float:
+        """Size of the rest pose in metres: its largest extent along an axis of the world, a person's height."""
+        return max(float(np.ptp(self.rest_world[1], axis=0).max()), 1e-6)
+
+    @cached_property
+    def roles(self) -> Mapping[tuple[JointRole, str], tuple[int, ...]]:
+        """Joints by role and side: see :func:`.joint_roles.guess_joint_roles`."""
+        return guess_joint_roles(self.names, self.parents, self.rest_world[1][:, 2])
+
+    @property
+    def hips(self) -> int:
+        """The joint whose height is that of the body: where the thighs meet, or the root if no names say where."""
+        return self.roles.get((JointRole.HIPS, ""), (0,))[-1]
+
+    @cached_property
+    def fingers(self) -> np.ndarray:
+        """(J,) bool: joints below the hands, which are the children of the lower arms; none if no arms are known."""
+        forearms = {joints[0] for (role, _), joints in self.roles.items() if role is JointRole.LOWER_ARM}
+        below = np.zeros(self.n_joints, dtype=bool)
+        for hand in np.flatnonzero(np.isin(self.parents, list(forearms))):
+            below[self.descendants(hand)] = True
+        return below
+
+    @cached_property
+    def partners(self) -> np.ndarray:
+        """(J,) int: for each joint the one whose name differs only in its side, or itself if there is none."""
+        result = np.arange(self.n_joints)
+        for left, right in mirrored_pairs(self.names):
+            joints = self.index(left), self.index(right)
+            if all(result[joint] == joint for joint in joints):
+                result[list(joints)] = joints[::-1]
+        return result
+
+    def ancestors(self, joint: int) -> list[int]:
+        """List the joints above one, nearest first, the root last."""
+        return ancestors(self.parents, joint)
+
+    def descendants(self, joint: int) -> list[int]:
+        """List the joints that hang from one, parents first."""
+        return descendants(self.parents, joint)
 
     @property
     def n_joints(self) -> int:

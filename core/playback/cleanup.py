@@ -24,10 +24,8 @@ from ..errors import ClipError, WalkError
 from ..motion import quat
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
-from ..motion.contacts import ContactSettings
-from ..motion.joint_roles import foot_joints
+from ..motion.contacts import ContactSettings, foot_joints
 from ..motion.skeleton import Skeleton
-from ..motion.stature import rest_world
 from .coupled_joints import find_coupled_joints, move_coupled_joints
 from .plants import Plant, Stance, part, repeated, walk_plants
 from .splines import closing
@@ -324,14 +322,9 @@ def _nearness(near: np.ndarray, window: int) -> np.ndarray:
 
 def _lowered_joint(skeleton: Skeleton, legs: list[Leg]) -> int:
     """The joint that carries the body: the highest one above all legs that is not on the ground itself."""
-    chains = []
-    for leg in legs:
-        chain, joint = [], leg.thigh
-        while (joint := int(skeleton.parents[joint])) >= 0:
-            chain.append(joint)
-        chains.append(chain[::-1])
+    chains = [skeleton.ancestors(leg.thigh)[::-1] for leg in legs]
     shared = [joint for joint in chains[0] if all(joint in chain for chain in chains)]
-    height = rest_world(skeleton)[1][:, 2] - rest_world(skeleton)[1][:, 2].min()
+    height = skeleton.rest_world[1][:, 2] - skeleton.rest_world[1][:, 2].min()
     hips = shared[-1]
     return next(joint for joint in shared if height[joint] >= height[hips] / 2)
 

@@ -10,7 +10,6 @@ import numpy as np
 from ..motion import quat
 from ..motion.kinematics import world_transforms
 from ..motion.skeleton import Skeleton
-from ..motion.stature import stature
 from .two_bone import Leg
 
 _N_SAMPLES = 60
@@ -32,15 +31,12 @@ def find_coupled_joints(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, pos
     some = np.unique(np.linspace(0, len(rotations) - 1, _N_SAMPLES).round().astype(int))
     rotations, positions = rotations[some], positions[some]
     others = np.ones(skeleton.n_joints, dtype=bool)
-    others[_below(skeleton, leg.thigh)] = False
-    joint = leg.thigh
-    while joint >= 0:
-        others[joint], joint = False, int(skeleton.parents[joint])
-    candidates, size = np.flatnonzero(others), stature(skeleton)
+    others[[*skeleton.descendants(leg.thigh), leg.thigh, *skeleton.ancestors(leg.thigh)]] = False
+    candidates, size = np.flatnonzero(others), skeleton.stature
     found: dict[int, int] = {}
     if len(candidates) == 0:
         return found
-    for joint in (leg.foot, *_below(skeleton, leg.foot), leg.shin, leg.thigh):
+    for joint in (leg.foot, *skeleton.descendants(leg.foot), leg.shin, leg.thigh):
         inverse, hips = quat.inverse(rotations[:, joint]), quat.inverse(rotations[:, 0])
         # How much the joint turns and travels, as the hips see it.
         seen, turned = (
@@ -61,15 +57,6 @@ def find_coupled_joints(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, pos
             if np.percentile(quat.angle_between(quat.mean(turn), turn), _MOST) < 10 * _SAME_PLACE:
                 found[int(candidate)] = joint
     return found
-
-
-def _below(skeleton: Skeleton, joint: int) -> list[int]:
-    """The joints that hang from one, itself left out, parents first."""
-    found = {joint}
-    for other in range(joint + 1, skeleton.n_joints):
-        if int(skeleton.parents[other]) in found:
-            found.add(other)
-    return sorted(found - {joint})
 
 
 def move_coupled_joints(

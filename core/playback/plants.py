@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..motion.clip import MotionClip
-from ..motion.contacts import ContactSettings, joint_contacts
-from ..motion.joint_roles import foot_joints
+from ..motion.contacts import ContactSettings, foot_joints, joint_contacts
 from .walk import Walk
 
 _HALF_STEP = 0.65

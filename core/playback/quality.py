@@ -8,8 +8,7 @@ import numpy as np
 from .. import wording
 from ..errors import ClipError, WalkError
 from ..motion.clip import MotionClip
-from ..motion.contacts import ContactSettings
-from ..motion.joint_roles import foot_joints
+from ..motion.contacts import ContactSettings, foot_joints
 from .plants import Plant, clip_plants, walk_plants
 from .transitions import transition_gaps
 from .walk import Walk

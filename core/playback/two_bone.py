@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..motion import quat
-from ..motion.joint_roles import JointRole, guess_joint_roles
+from ..motion.joint_roles import JointRole
 from ..motion.limb import limb_frames
 from ..motion.skeleton import Skeleton
-from ..motion.stature import rest_world, stature
 
 _APART = 1e-2
 """Share of the stature: joints nearer to each other in the rest pose make no bone of a leg."""
@@ -37,10 +36,11 @@ def find_leg(skeleton: Skeleton, side: int, feet: Sequence[Sequence[int]]) -> Le
     from each other, and do not carry the other foot.
     """
     foot, other = feet[side][0], feet[1 - side][0]
-    above, shared = _ancestors(skeleton, foot), set(_ancestors(skeleton, other))
-    roles = guess_joint_roles(skeleton)
-    named = [roles.get((role, ("left", "right")[side]), (-1,))[0] for role in (JointRole.THIGH, JointRole.SHIN)]
-    positions, least = rest_world(skeleton)[1], _APART * stature(skeleton)
+    above, shared = skeleton.ancestors(foot), set(skeleton.ancestors(other))
+    named = [
+        skeleton.roles.get((role, ("left", "right")[side]), (-1,))[0] for role in (JointRole.THIGH, JointRole.SHIN)
+    ]
+    positions, least = skeleton.rest_world[1], _APART * skeleton.stature
 
     def apart(a: int, b: int) -> bool:
         return bool(np.linalg.norm(positions[a] - positions[b]) > least)
@@ -125,11 +125,3 @@ def _hinge(leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> np.ndarray
     bend = np.sum(normal * usual, axis=1, keepdims=True)
     axis = normal + np.maximum(_LEAST_BEND - bend, 0.0) * usual
     return -axis / np.linalg.norm(axis, axis=1, keepdims=True)
-
-
-def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
-    """The joints above one, nearest first."""
-    found = []
-    while (joint := int(skeleton.parents[joint])) >= 0:
-        found.append(joint)
-    return found

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from core.motion.clip import MotionClip
 from core.motion.component import largest_component
 from core.motion.contacts import foot_contacts
-from core.motion.distance import CostSettings
+from core.motion.distance import CostSettings, joint_weights
 from core.motion.graph_settings import MotionGraphSettings
-from core.motion.joint_roles import joint_weights
 from tests.core.cuttings import greedy_cuts
 
 

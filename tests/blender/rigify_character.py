@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_skeleton
-from bl_ext.user_default.wayfarer.core.motion.stature import rest_world
 
 from .rigs import Character, Curves, ground_motion, placed, similarity
 
@@ -41,7 +40,7 @@ def rigify_character(clips: Sequence[MotionClip], root_travels: bool = False, me
     """
     rig = _generated_human(metarig)
     rest = {bone.name: np.array(bone.matrix_local) for bone in rig.data.bones}
-    _, heads = rest_world(sample_skeleton())
+    _, heads = sample_skeleton().rest_world
     own_leg = rest["DEF-thigh.L"][2, 3] - rest["DEF-foot.L"][2, 3]
     size = _REACH * own_leg / (heads[_JOINTS["LeftUpLeg"], 2] - heads[_JOINTS["LeftFoot"], 2])
     floor = rest["DEF-toe.L"][2, 3] - size * heads[_JOINTS["LeftToeBase"], 2]
@@ -94,7 +93,7 @@ class _Animator:
 
     def _turned(self, joint):
         """The (F,) turns of a joint from its rest pose, in the world."""
-        rest = Rotation.from_quat(rest_world(sample_skeleton())[0][_JOINTS[joint]], scalar_first=True)
+        rest = Rotation.from_quat(sample_skeleton().rest_world[0][_JOINTS[joint]], scalar_first=True)
         return Rotation.from_quat(self._clip.world[0][:, _JOINTS[joint]], scalar_first=True) * rest.inv()
 
     def _carry(self, control, turn, pivot, target):

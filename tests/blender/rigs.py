@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_bone_lengths, sample_repertoire, sample_skeleton
-from bl_ext.user_default.wayfarer.core.motion.stature import rest_world
 
 WALKS = ("walk", "walk_again", "turn_left_45", "turn_right_45", "turn_left_90", "arc_right", "start_left", "stop_short")
 """The clips of the sample that every character performs."""
@@ -214,7 +213,7 @@ def _body(names, axes=None) -> list[Bone]:
     """The sample's bones under other names, their axes turned by ``axes``."""
     skeleton, lengths = sample_skeleton(), sample_bone_lengths()
     axes = axes or Rotation.identity()
-    rotations, positions = rest_world(skeleton)
+    rotations, positions = skeleton.rest_world
 
     def matrices(quaternions, heads):
         result = np.tile(np.eye(4), (len(heads), 1, 1))

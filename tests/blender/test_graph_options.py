@@ -7,9 +7,9 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.scene import inputs
+from bl_ext.user_default.wayfarer.core.motion.distance import joint_weights
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import ThresholdMode
 from bl_ext.user_default.wayfarer.core.motion.heading import steady_heading
-from bl_ext.user_default.wayfarer.core.motion.joint_roles import joint_weights
 from bl_ext.user_default.wayfarer.core.motion.mirror import mirrored
 
 operators = bpy.ops.wayfarer

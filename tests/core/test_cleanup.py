@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from core.embedding.embedding import embed
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
-from core.motion.contacts import ContactSettings, foot_contacts, joint_contacts
-from core.motion.joint_roles import foot_joints
+from core.motion.contacts import ContactSettings, foot_contacts, foot_joints, joint_contacts
 from core.motion.repertoire import sample_repertoire, sample_skeleton
 from core.motion.skeleton import Skeleton
 from core.playback.cleanup import CleanupSettings, clean_feet, hold_plants

@@ -6,17 +6,18 @@ from scipy.spatial.transform import Rotation
 
 from core.errors import ClipError
 from core.motion.clip import MotionClip
-from core.motion.contacts import foot_contacts
+from core.motion.contacts import foot_contacts, foot_joints
 from core.motion.distance import (
     CostSettings,
     close_pairs,
     joined,
+    joint_weights,
     pair_costs,
     pose_features,
     squared_angles,
     transition_costs,
 )
-from core.motion.joint_roles import JointRole, foot_joints, guess_joint_roles, joint_weights
+from core.motion.joint_roles import JointRole
 from core.motion.skeleton import Skeleton
 
 from .bvh import read_bvh
@@ -275,7 +276,7 @@ def test_roles_are_known_by_the_usual_names(thigh, shin, foot, upper, lower, spi
     names = ("root", *left[:3], *right[:3], spine, *left[3:], *right[3:])
     parents = (-1, 0, 1, 2, 0, 4, 5, 0, 7, 8, 9, 7, 11, 12)
     character = skeleton(names, parents)
-    roles = guess_joint_roles(character)
+    roles = character.roles
     for side, (of_thigh, of_shin, of_foot, _, of_upper, of_lower) in (("left", left), ("right", right)):
         found = [
             names[roles[role, side][0]]
@@ -303,7 +304,7 @@ def mirrored(name):
 
 def test_neck_bones_called_spine_do_not_count():
     names = ("spine", "spine.001", "spine.002", "shoulder.L", "upper_arm.L", "spine.003", "spine.004")
-    roles = guess_joint_roles(skeleton(names, (-1, 0, 1, 2, 3, 2, 5)))
+    roles = skeleton(names, (-1, 0, 1, 2, 3, 2, 5)).roles
     assert roles[JointRole.SPINE, ""] == (1, 2)
 
 

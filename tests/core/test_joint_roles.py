@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from core.motion.joint_roles import JointRole, foot_joints, guess_joint_roles, hips_joint, joint_weights
+from core.motion.contacts import foot_joints
+from core.motion.distance import joint_weights
+from core.motion.joint_roles import JointRole
 
 from .rigs import rig
 
@@ -82,7 +84,7 @@ def test_whole_skeletons_are_understood(name):
     assert set(np.unique(weights)) == {0, 1}
     assert {bone for bone, weight in zip(skeleton.names, weights, strict=True) if weight} == weighted
     assert tuple(tuple(skeleton.names[joint] for joint in foot) for foot in foot_joints(skeleton)) == feet
-    assert skeleton.names[hips_joint(skeleton)] == hips
+    assert skeleton.names[skeleton.hips] == hips
 
 
 @pytest.mark.parametrize("prefix", ["mixamorig1:", "mixamorig_", "mixamorig9:", ""])
@@ -101,8 +103,8 @@ def test_mixamo_bones_under_the_prefixes_that_exporters_leave(prefix):
 
 def test_an_unreal_character_read_from_its_pelvis_has_no_further_hips():
     skeleton = rig("unreal4", "pelvis")
-    assert skeleton.names[0] == "pelvis" and hips_joint(skeleton) == 0
-    assert (JointRole.HIPS, "") not in guess_joint_roles(skeleton)
+    assert skeleton.names[0] == "pelvis" and skeleton.hips == 0
+    assert (JointRole.HIPS, "") not in skeleton.roles
     assert joint_weights(skeleton)[skeleton.index("root")] == 0
 
 

@@ -11,9 +11,7 @@ from core.motion.contacts import foot_contacts
 from core.motion.heading import with_steady_heading
 from core.motion.mirror import asymmetry, mirrored
 from core.motion.repertoire import sample_repertoire
-from core.motion.sides import partners
 from core.motion.skeleton import Skeleton
-from core.motion.stature import stature
 
 from .bvh import read_bvh
 from .rotations import as_quaternions, as_rotation
@@ -47,7 +45,7 @@ def with_rolls(clip, rng):
 def check_mirror_image(clip, tolerance):
     """Every joint is where the mirror image of its partner is."""
     image = mirrored(clip)
-    other = partners(clip.skeleton)
+    other = clip.skeleton.partners
     expected = along_start(clip.world[1][:, other], clip) * [1, -1, 1]
     np.testing.assert_allclose(along_start(image.world[1], clip), expected, atol=tolerance)
     np.testing.assert_allclose(image.ground_path[0], clip.ground_path[0], atol=1e-9)
@@ -109,7 +107,7 @@ def test_joints_that_move_in_their_sockets_do_so_in_the_mirror():
 def test_recordings_of_a_nearly_symmetric_person(data_folder):
     for name in ("16_18", "16_20", "16_10"):
         clip = read_bvh(data_folder / "cmu16" / f"{name}.bvh")
-        assert 0.01 < asymmetry(clip.skeleton).max() / stature(clip.skeleton) < 0.02
+        assert 0.01 < asymmetry(clip.skeleton).max() / clip.skeleton.stature < 0.02
         # Bones keep their own lengths, which differ by up to 8 mm from side to side, and add up.
         image = check_mirror_image(clip, 0.06)
         np.testing.assert_array_equal(image.translations[:, 1:], clip.translations[:, 1:])
@@ -164,4 +162,4 @@ def test_sides_are_told_from_names(left, right):
     rest = np.tile([1.0, 0, 0, 0], (n_joints, 1))
     parents = np.array([-1, 0, 0, 0, 0, 0])
     skeleton = Skeleton(names, parents, rest, np.zeros((n_joints, 3)), np.array([1.0, 0, 0]))
-    assert partners(skeleton).tolist() == [0, 1, 4, 3, 2, 5]
+    assert skeleton.partners.tolist() == [0, 1, 4, 3, 2, 5]

@@ -9,8 +9,7 @@ from core.embedding.embedding import embed
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
-from core.motion.contacts import ContactSettings
-from core.motion.joint_roles import foot_joints
+from core.motion.contacts import ContactSettings, foot_joints
 from core.playback.cleanup import clean_feet
 from core.playback.plants import walk_plants
 from core.playback.quality import walk_quality

@@ -17,9 +17,8 @@ import numpy as np
 
 from core.embedding.embedding import embed
 from core.motion.clip import MotionClip
-from core.motion.contacts import joint_contacts
+from core.motion.contacts import foot_joints, joint_contacts
 from core.motion.graph import MotionGraph
-from core.motion.joint_roles import foot_joints
 from core.playback.cleanup import clean_feet
 from core.playback.plants import Plant, clip_plants, walk_plants
 from core.playback.quality import foot_slide, walk_quality

@@ -11,7 +11,6 @@ from ...errors import ClipError
 from ..clip import MotionClip
 from ..in_place import Feet, missing_speed
 from ..skeleton import Skeleton
-from ..stature import stature
 from .finding import (
     Finding,
     FindingKind,
@@ -141,7 +140,7 @@ def _in_place(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
     path = clip.ground_path
     steps = np.diff(path[:, 0] + 1j * path[:, 1]) * np.exp(-1j * path[:-1, 2]) * clip.frame_rate
     travelled = float(np.hypot(np.median(steps.real), np.median(steps.imag)))
-    if missing < settings.in_place_speed * stature(clip.skeleton) or travelled > 0.2 * missing:
+    if missing < settings.in_place_speed * clip.skeleton.stature or travelled > 0.2 * missing:
         return []
     sentence = (
         f"Clip '{clip.name}' walks on the spot: at {source_frames(clip, 0, clip.n_frames - 1)} its feet slide at "
@@ -198,7 +197,7 @@ def _other_proportions(
     clip: MotionClip, own: np.ndarray, typical: np.ndarray, settings: DoctorSettings
 ) -> list[Finding]:
     # Relative differences of very short bones say nothing.
-    share = np.abs(own - typical) / np.maximum(typical, 0.05 * stature(clip.skeleton))
+    share = np.abs(own - typical) / np.maximum(typical, 0.05 * clip.skeleton.stature)
     off = np.flatnonzero(share > settings.proportions)
     if len(off) == 0:
         return []

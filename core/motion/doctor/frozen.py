@@ -4,8 +4,6 @@ import numpy as np
 
 from .. import quat
 from ..clip import MotionClip
-from ..stature import stature
-from .fingers import fingers
 
 _STILL = 1e-7
 """Radians, and statures, from frame to frame that are rounding, not motion."""
@@ -28,7 +26,7 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
     not found; a joint that hardly ever moves is not animated. Fingers are left out.
     """
     runs: dict[tuple[int, int], dict[int, float]] = {}
-    for joint in np.flatnonzero(~fingers(clip.skeleton)).tolist():
+    for joint in np.flatnonzero(~clip.skeleton.fingers).tolist():
         q = clip.rotations[:, joint]
         steps = quat.angle_between(q[:-1], q[1:])
         if steps.sum() < _ZERO_TURN:
@@ -56,7 +54,7 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
 
 def lost_root(clip: MotionClip) -> list[tuple[int, int]]:
     """(first, last) of stretches in which the root is held in one place, or is at the origin or at rest, and jumps."""
-    size = stature(clip.skeleton)
+    size = clip.skeleton.stature
     places = clip.translations[:, 0]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1) / size
     lost = np.zeros(clip.n_frames, dtype=bool)

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..clip import MotionClip
-from ..stature import stature
-from .fingers import fingers
 
 _NEAR = 3
 """Frames on either side that a pop spoils, and at most between two flags of the same pop."""
@@ -41,9 +39,9 @@ def pops(clip: MotionClip, settings: PopSettings) -> list[tuple[int, int, tuple[
     n_frames, rate = clip.n_frames, clip.frame_rate
     if n_frames < 8:
         return []
-    size = stature(clip.skeleton)
+    size = clip.skeleton.stature
     off = misplacement(clip.world[1])
-    off[:, fingers(clip.skeleton)] = 0.0
+    off[:, clip.skeleton.fingers] = 0.0
     far = off > size * (settings.distance + settings.speed / rate)
     flagged = np.zeros_like(far)
     for frame in np.flatnonzero(far.any(axis=1)):

@@ -4,8 +4,7 @@ import numpy as np
 
 from .. import quat
 from ..clip import MotionClip
-from ..joint_roles import JointRole, guess_joint_roles
-from ..stature import stature
+from ..joint_roles import JointRole
 
 _REST_ANGLE = np.radians(8.0)
 _REST_SHARE = 0.85
@@ -28,7 +27,7 @@ def rest_frames(clip: MotionClip) -> list[tuple[int, int]]:
         return []
     rotations, positions = clip.world
     local = quat.rotate(quat.inverse(rotations[:, :1]), positions - positions[:, :1])
-    steps = np.linalg.norm(np.diff(local, axis=0), axis=2).max(axis=1) / stature(clip.skeleton)
+    steps = np.linalg.norm(np.diff(local, axis=0), axis=2).max(axis=1) / clip.skeleton.stature
     found = []
     if at_rest[0]:
         end = int(np.argmin(at_rest))
@@ -56,7 +55,7 @@ def _like_rest(clip: MotionClip) -> np.ndarray:
 
 def _like_t(clip: MotionClip) -> np.ndarray:
     """(F,) bool: both arms point straight to their sides; False throughout if the arms cannot be told."""
-    roles, positions = guess_joint_roles(clip.skeleton), clip.world[1]
+    roles, positions = clip.skeleton.roles, clip.world[1]
     heading = clip.ground_path[:, 2]
     left = np.column_stack([-np.sin(heading), np.cos(heading), 0 * heading])
     result = np.ones(clip.n_frames, dtype=bool)
