@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...core.evaluation.ablation import Kind
+from ...core.evaluation.segment_groups import Grouping
 from ..results.findings.ablation import ablation_finding_steps
 from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding, FindsOut
@@ -16,7 +16,7 @@ class WAYFARER_OT_ablate(AsksEmbedding, FindsOut, bpy.types.Operator):
     )
 
     def steps(self, context):
-        kind = Kind[context.scene.wayfarer.evaluation.parts]
+        kind = Grouping[context.scene.wayfarer.evaluation.parts]
         return ablation_finding_steps(embedding_of(context.scene), kind)
 
     def summary(self, finding):

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from ...core.evaluation.ablation import Kind
+from ...core.evaluation.segment_groups import Grouping
 from ...core.evaluation.weak_spots import Domain, WeakSpotSettings
 from .enums import enum_items
 
@@ -54,14 +54,14 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
     parts: EnumProperty(
         items=enum_items(
             {
-                Kind.CLIP: ("Clips", "Take away one clip at a time, with all of its segments"),
-                Kind.SEGMENT: ("Segments", "Take away one segment at a time"),
-                Kind.TAG: ("Tags", "Take away all segments with a tag, one tag at a time"),
+                Grouping.CLIP: ("Clips", "Take away one clip at a time, with all of its segments"),
+                Grouping.SEGMENT: ("Segments", "Take away one segment at a time"),
+                Grouping.TAG: ("Tags", "Take away all segments with a tag, one tag at a time"),
             }
         ),
         name="Without",
         description="What is taken away at a time",
-        default=Kind.CLIP.name,
+        default=Grouping.CLIP.name,
         options=set(),
     )
     allowed_loss: FloatProperty(

@@ -5,7 +5,7 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.tuning.budget import BudgetSettings, Limit
 from ...core.tuning.pruning import PruningMethod, PruningSettings
-from ...core.tuning.skeleton import Places
+from ...core.tuning.spanning import Places
 from .enums import enum_items
 
 _BUDGET = BudgetSettings()

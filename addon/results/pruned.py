@@ -7,7 +7,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.embedding.embedding import Embedding
-from ...core.evaluation.extent import Extent
+from ...core.evaluation.size import EmbeddingSize
 from ...core.evaluation.variability import coverage_share
 from ...core.tuning.pruning import Pruning
 from ..properties.floor_map import map_changed
@@ -38,7 +38,7 @@ def restore_whole(scene) -> None:
         _use(scene, pruning.whole, pruning.whole, pruning.before)
 
 
-def _use(scene, embedding: Embedding, whole: Embedding, size: Extent) -> None:
+def _use(scene, embedding: Embedding, whole: Embedding, size: EmbeddingSize) -> None:
     found = results(scene)
     found.embedding = embedding
     found.summary.update(nodes=size.nodes, links=size.links, coverage=coverage_share(embedding, whole))

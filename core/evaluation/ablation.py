@@ -16,12 +16,13 @@ from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, count, difference
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
-from .extent import Extent, Measure, extent
+from .segment_groups import Grouping, SegmentGroup, segment_groups
+from .size import EmbeddingSize, Objective, embedding_size
 
-#: An embedding that keeps less than this share of its floor without a part has collapsed.
+#: An embedding that keeps less than this share of its floor without a group has collapsed.
 COLLAPSED_SHARE = 0.5
 
-#: A part is important if this share of the floor is lost without it, or ...
+#: A group is important if this share of the floor is lost without it, or ...
 IMPORTANT_FLOOR = 0.01
 #: ... this share of the positions and headings.
 IMPORTANT_PLACES = 0.05
@@ -31,14 +32,6 @@ SPARE_SHARE = 0.001
 
 #: Neighbouring clips that are first taken away together; what is left is where the search for each of them starts.
 GROUPED_CLIPS = 4
-
-
-class Kind(Enum):
-    """What is taken away at a time."""
-
-    SEGMENT = "segment"
-    CLIP = "clip"
-    TAG = "tag"
 
 
 class Verdict(Enum):
@@ -52,36 +45,19 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Part:
-    """Segments that are taken away together.
-
-    Attributes
-    ----------
-    kind : Kind
-    name : str
-        Of the segment, clip or tag.
-    segments : tuple of int
-    """
-
-    kind: Kind
-    name: str
-    segments: tuple[int, ...]
-
-
-@dataclass(frozen=True)
 class Loss:
-    """What an embedding loses without a part.
+    """What an embedding loses without a group.
 
     Attributes
     ----------
-    part : Part
-    before, left : Extent
-        With and without the part.
+    group : SegmentGroup
+    before, left : EmbeddingSize
+        With and without the group.
     """
 
-    part: Part
-    before: Extent
-    left: Extent
+    group: SegmentGroup
+    before: EmbeddingSize
+    left: EmbeddingSize
 
     @property
     def floor(self) -> float:
@@ -112,12 +88,12 @@ class Loss:
         return self.before.links - self.left.links
 
     @property
-    def measure(self) -> float | None:
-        """By how much the measure rises; None if none was asked for."""
-        if self.before.measure is None or self.left.measure is None:
+    def objective(self) -> float | None:
+        """By how much the objective rises; None if none was asked for."""
+        if self.before.objective is None or self.left.objective is None:
             return None
         # Two endless times are the same.
-        return 0.0 if self.left.measure == self.before.measure else self.left.measure - self.before.measure
+        return 0.0 if self.left.objective == self.before.objective else self.left.objective - self.before.objective
 
     @property
     def verdict(self) -> Verdict:
@@ -131,7 +107,7 @@ class Loss:
 
     def describe(self) -> str:
         """One sentence: "Clip 'turn' is important: without it 3.20 m² (12.0%) of the covered floor and ... lost."."""
-        subject, word = f"{self.part.kind.value.capitalize()} '{self.part.name}'", self.verdict.name.lower()
+        subject, word = f"{self.group.kind.value.capitalize()} '{self.group.name}'", self.verdict.name.lower()
         if self.verdict is Verdict.REDUNDANT:
             return f"{subject} is redundant: without it alone every place stays within reach in every heading."
         if not self.left.nodes:
@@ -144,39 +120,39 @@ class Loss:
 
 @dataclass(frozen=True)
 class Ablation:
-    """What is lost without each part.
+    """What is lost without each group.
 
     Attributes
     ----------
-    before : Extent
+    before : EmbeddingSize
         Of the whole embedding.
     losses : tuple of Loss
         In the order of kinds, and of segments, clips and tags.
-    measure : Measure or None
+    objective : Objective or None
     """
 
-    before: Extent
+    before: EmbeddingSize
     losses: tuple[Loss, ...]
-    measure: Measure | None = None
+    objective: Objective | None = None
 
-    def ranked(self, kind: Kind | None = None) -> list[Loss]:
-        """The losses of one kind, or all, greatest first: by floor, places, the measure, then nodes and links."""
-        chosen = [loss for loss in self.losses if kind is None or loss.part.kind is kind]
-        return sorted(chosen, key=lambda loss: (-loss.floor, -loss.places, -(loss.measure or 0), -loss.nodes))
+    def ranked(self, kind: Grouping | None = None) -> list[Loss]:
+        """The losses of one kind, or all, greatest first: by floor, places, the objective, then nodes and links."""
+        chosen = [loss for loss in self.losses if kind is None or loss.group.kind is kind]
+        return sorted(chosen, key=lambda loss: (-loss.floor, -loss.places, -(loss.objective or 0), -loss.nodes))
 
-    def table(self, kind: Kind | None = None) -> tuple[list[str], list[list]]:
+    def table(self, kind: Grouping | None = None) -> tuple[list[str], list[list]]:
         """The ranked losses as the names of columns and rows of text and numbers."""
         columns = ["name", "kind", "lost floor (m2)", "lost share", "lost places", "lost nodes", "lost links"]
-        if self.measure is not None:
-            columns.append(f"{self.measure.name}, rise ({self.measure.unit})")
+        if self.objective is not None:
+            columns.append(f"{self.objective.name}, rise ({self.objective.unit})")
         rows = []
         for loss in self.ranked(kind):
-            part = loss.part
-            row = [part.name, part.kind.value, loss.floor, loss.share, loss.places, loss.nodes, loss.links]
-            rows.append([*row, *([] if self.measure is None else [loss.measure]), loss.verdict.name.lower()])
+            group = loss.group
+            row = [group.name, group.kind.value, loss.floor, loss.share, loss.places, loss.nodes, loss.links]
+            rows.append([*row, *([] if self.objective is None else [loss.objective]), loss.verdict.name.lower()])
         return [*columns, "verdict"], rows
 
-    def describe(self, kind: Kind = Kind.CLIP) -> list[str]:
+    def describe(self, kind: Grouping = Grouping.CLIP) -> list[str]:
         """Sentences for a report: how many of a kind matter, then one for each, greatest loss first."""
         ranked = self.ranked(kind)
         if not ranked:
@@ -185,24 +161,6 @@ class Ablation:
         said = ", ".join(f"{n} {name}" for n, name in numbers if n)
         lead = f"Of {wording.counted(len(ranked), kind.value)}, taken away one at a time: {said}."
         return [lead, *(loss.describe() for loss in ranked)]
-
-
-def parts(graph: MotionGraph, kind: Kind) -> list[Part]:
-    """All segments, clips or tags of a motion graph; clips in their order, tags by name."""
-    indices = range(len(graph.segments))
-    if kind is Kind.SEGMENT:
-        return [Part(kind, graph.segments[i].name, (i,)) for i in indices]
-    if kind is Kind.CLIP:
-        members: dict[int, list[int]] = {}
-        for i in indices:
-            members.setdefault(graph.segments[i].clip, []).append(i)
-        named = len(graph.clips) > max(members, default=0)
-        return [
-            Part(kind, graph.clips[clip].name if named else f"clip {clip}", tuple(members[clip]))
-            for clip in sorted(members)
-        ]
-    tags = sorted({tag for segment in graph.segments for tag in segment.tags})
-    return [Part(kind, tag, tuple(i for i in indices if tag in graph.segments[i].tags)) for tag in tags]
 
 
 def without_steps(
@@ -228,36 +186,36 @@ def without_steps(
 
 
 def ablate_steps(
-    embedding: Embedding, kinds: Sequence[Kind] = tuple(Kind), measure: Measure | None = None
+    embedding: Embedding, kinds: Sequence[Grouping] = tuple(Grouping), objective: Objective | None = None
 ) -> Generator[Progress, None, Ablation]:
     """What an embedding loses without each of its segments, each of its clips and each tag, one at a time.
 
-    Without a tag means: without all segments that carry it on any frame. All numbers are exact, those of the measure
+    Without a tag means: without all segments that carry it on any frame. All numbers are exact, those of the objective
     as exact as it is.
     """
-    graph, before = embedding.graph, extent(embedding, measure)
-    wanted = [part for kind in kinds for part in parts(graph, kind)]
-    plan = _plan(graph, {part.segments for part in wanted})
+    graph, before = embedding.graph, embedding_size(embedding, objective)
+    wanted = [group for kind in kinds for group in segment_groups(graph, kind)]
+    plan = _plan(graph, {group.segments for group in wanted})
     cores: dict[tuple[int, ...] | None, Nodes] = {}
     seeding = set(plan.values())
-    left: dict[tuple[int, ...], Extent] = {}
+    left: dict[tuple[int, ...], EmbeddingSize] = {}
     for done, (segments, larger) in enumerate(plan.items()):
         steps = without_steps(embedding, segments, cores.get(larger))
         rest = yield from portion(steps, done / len(plan), (done + 1) / len(plan))
         if segments in seeding:
             cores[segments] = rest.nodes
-        left[segments] = extent(rest, measure)
-    return Ablation(before, tuple(Loss(part, before, left[part.segments]) for part in wanted), measure)
+        left[segments] = embedding_size(rest, objective)
+    return Ablation(before, tuple(Loss(group, before, left[group.segments]) for group in wanted), objective)
 
 
 def _plan(graph: MotionGraph, wanted: set[tuple[int, ...]]) -> dict[tuple[int, ...], tuple[int, ...] | None]:
     """What to take away, in this order, and the larger set, taken away before, whose rest makes the search faster."""
     plan: dict[tuple[int, ...], tuple[int, ...] | None] = {}
-    clips = [part.segments for part in parts(graph, Kind.CLIP)]
+    clips = [group.segments for group in segment_groups(graph, Grouping.CLIP)]
     for first in range(0, len(clips), GROUPED_CLIPS):
         grouped = clips[first : first + GROUPED_CLIPS]
         group = tuple(sorted(sum(grouped, ())))
-        n_wanted = sum(part in wanted for clip in grouped for part in {clip, *((i,) for i in clip)})
+        n_wanted = sum(group in wanted for clip in grouped for group in {clip, *((i,) for i in clip)})
         if n_wanted > 1 and len(clips) > GROUPED_CLIPS:
             plan.setdefault(group, None)
         for clip in grouped:

@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
-from .ablation import Kind, Part, parts
 from .floor import floor_cells
+from .segment_groups import Grouping, SegmentGroup, segment_groups
 from .wavefront import planes_of
 
 
@@ -21,7 +21,7 @@ class ActionCoverage:
 
     Attributes
     ----------
-    actions : tuple of Part
+    actions : tuple of SegmentGroup
         n segments, clips or tags.
     begins : (n, nx, ny) bool array
         Cells in which a link of the embedding begins the action, in at least one heading.
@@ -31,7 +31,7 @@ class ActionCoverage:
         The same as a share of the free floor, 0 to 1.
     """
 
-    actions: tuple[Part, ...]
+    actions: tuple[SegmentGroup, ...]
     begins: np.ndarray
     areas: np.ndarray
     shares: np.ndarray
@@ -57,7 +57,7 @@ class ActionCoverage:
         return text + (f" {n_never} of {len(self.actions)} can begin nowhere." if n_never else "")
 
 
-def action_coverage(embedding: Embedding, kind: Kind = Kind.CLIP) -> ActionCoverage:
+def action_coverage(embedding: Embedding, kind: Grouping = Grouping.CLIP) -> ActionCoverage:
     """Where each segment, clip or tag of an embedding's motion graph can begin."""
     network, layout = embedding.network, embedding.network.layout
     standing = [0] * (len(network.members_of_fork) * network.n_headings)
@@ -69,7 +69,7 @@ def action_coverage(embedding: Embedding, kind: Kind = Kind.CLIP) -> ActionCover
     for segment, heading, _, _, able in network.moves_within(embedding.nodes):
         began[segment] |= able & standing[network.fork_of[segment] * network.n_headings + heading]
 
-    actions = tuple(parts(embedding.graph, kind))
+    actions = tuple(segment_groups(embedding.graph, kind))
     begins = np.zeros((len(actions), *embedding.shape[:2]), dtype=bool)
     for index, action in enumerate(actions):
         plane = 0

@@ -2,7 +2,7 @@
 segment, without an array over all nodes."""
 
 from ..embedding.embedding import Embedding
-from .tally import Columns, Tally, masked
+from .bit_counter import BitCounter, BitCounts, masked
 
 
 class Degrees:
@@ -16,12 +16,12 @@ class Degrees:
         self._embedding = embedding
         self._network = embedding.network
         self._nodes = embedding.nodes
-        self._parents_alive: dict[int, list[Tally]] = {}
-        self._landing: dict[tuple[int, int], Tally] = {}
-        self._outgoing: dict[tuple[int, int], Tally] = {}
+        self._parents_alive: dict[int, list[BitCounts]] = {}
+        self._landing: dict[tuple[int, int], BitCounts] = {}
+        self._outgoing: dict[tuple[int, int], BitCounts] = {}
         self._ends: list[int] | None = None
 
-    def incoming(self, segment: int, block: int) -> Tally:
+    def incoming(self, segment: int, block: int) -> BitCounts:
         """In-degree of the nodes of a segment and a block of headings."""
         network = self._network
         here = self._nodes[segment * network.n_blocks + block]
@@ -29,7 +29,7 @@ class Degrees:
             return []
         alive = self._alive(network.fork_of[segment])
         fold = network.layout.fold
-        columns = [Columns() for _ in range(network.bundled)]
+        columns = [BitCounter() for _ in range(network.bundled)]
         for place, heading, shift, valid in network.arriving[segment * network.n_blocks + block]:
             for digit, parents in enumerate(alive[heading]):
                 leaving = parents & valid
@@ -37,13 +37,13 @@ class Degrees:
                     columns[place].add(fold(leaving << shift if shift >= 0 else leaving >> -shift), digit)
         return masked(self._bundled([column.total() for column in columns]), here)
 
-    def outgoing(self, merge: int, block: int) -> Tally:
+    def outgoing(self, merge: int, block: int) -> BitCounts:
         """Out-degree of the nodes of every segment of a merge in a block of headings, were there a node everywhere."""
         tally = self._outgoing.get((merge, block))
         if tally is None:
-            columns = Columns()
+            columns = BitCounter()
             for fork in self._network.forks_after[merge]:
-                columns.add_tally(self._landings(fork, block))
+                columns.add_counts(self._landings(fork, block))
             tally = self._outgoing[merge, block] = columns.total()
         return tally
 
@@ -52,14 +52,14 @@ class Degrees:
         self._landing = {key: tally for key, tally in self._landing.items() if key[1] != block}
         self._outgoing = {key: tally for key, tally in self._outgoing.items() if key[1] != block}
 
-    def _alive(self, fork: int) -> list[Tally]:
+    def _alive(self, fork: int) -> list[BitCounts]:
         """For each heading, how many of the parents of a fork have a node at each cell."""
         if fork not in self._parents_alive:
             network = self._network
             parents = [p for merge in network.merges_before[fork] for p in network.members_of_merge[merge]]
-            tallies: list[Tally] = []
+            tallies: list[BitCounts] = []
             for block in range(network.n_blocks):
-                columns = Columns()
+                columns = BitCounter()
                 for parent in parents:
                     columns.add(self._nodes[parent * network.n_blocks + block])
                 digits = [network.planes(digit) for digit in columns.total()]
@@ -67,13 +67,13 @@ class Degrees:
             self._parents_alive[fork] = tallies
         return self._parents_alive[fork]
 
-    def _landings(self, fork: int, block: int) -> Tally:
+    def _landings(self, fork: int, block: int) -> BitCounts:
         """How many nodes the segments of a fork lead to from each cell and heading of a block."""
         if (fork, block) not in self._landing:
             network, layout = self._network, self._network.layout
             if self._ends is None:
                 self._ends = [layout.extend(plane) for plane in self._embedding.planes]
-            columns = [Columns() for _ in range(network.bundled)]
+            columns = [BitCounter() for _ in range(network.bundled)]
             for segment in network.members_of_fork[fork]:
                 first = segment * network.n_headings
                 for place, turned, shift, valid in network.moves[segment * network.n_blocks + block]:
@@ -82,7 +82,7 @@ class Degrees:
             self._landing[fork, block] = self._bundled([column.total() for column in columns])
         return self._landing[fork, block]
 
-    def _bundled(self, tallies: list[Tally]) -> Tally:
+    def _bundled(self, tallies: list[BitCounts]) -> BitCounts:
         """One tally for each heading of a block, as one tally of bundles."""
         if len(tallies) == 1:
             return tallies[0]

@@ -14,8 +14,9 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EmbeddingError
 from ..progress import Progress
-from .ablation import IMPORTANT_FLOOR, IMPORTANT_PLACES, Kind, Part, parts, without_steps
-from .extent import Extent, extent
+from .ablation import IMPORTANT_FLOOR, IMPORTANT_PLACES, without_steps
+from .segment_groups import Grouping, SegmentGroup, segment_groups
+from .size import EmbeddingSize, embedding_size
 
 #: So much larger a share of the positions and headings may be lost than of the floor: verdicts weigh them like that.
 PLACES_FOR_FLOOR = IMPORTANT_PLACES / IMPORTANT_FLOOR
@@ -27,22 +28,22 @@ class JointDeletion:
 
     Attributes
     ----------
-    parts : tuple of Part
+    groups : tuple of SegmentGroup
         In the order in which they were chosen: those that cost least first.
-    before, left : Extent
+    before, left : EmbeddingSize
         With all of them and with none.
     allowed : float
         Share of the covered floor that might be lost, and of its positions and headings :data:`PLACES_FOR_FLOOR` times
         as much.
-    left_after : tuple of Extent
-        What is left after the first, the first two, ... of the parts are gone.
+    left_after : tuple of EmbeddingSize
+        What is left after the first, the first two, ... of the groups are gone.
     """
 
-    parts: tuple[Part, ...]
-    before: Extent
-    left: Extent
+    groups: tuple[SegmentGroup, ...]
+    before: EmbeddingSize
+    left: EmbeddingSize
     allowed: float
-    left_after: tuple[Extent, ...]
+    left_after: tuple[EmbeddingSize, ...]
 
     @property
     def share(self) -> float:
@@ -61,11 +62,11 @@ class JointDeletion:
         return f"{wording.share(self.allowed)} of the covered floor and {places} of its positions and headings"
 
     def describe(self) -> list[str]:
-        if not self.parts:
+        if not self.groups:
             return [f"Nothing can be deleted without losing more than {self.allowance}."]
-        kind = self.parts[0].kind.value
-        names = ", ".join(f"'{part.name}'" for part in self.parts)
-        what = f"{len(self.parts)} {kind}s can be deleted together" if len(self.parts) > 1 else f"1 {kind} can go"
+        kind = self.groups[0].kind.value
+        names = ", ".join(f"'{group.name}'" for group in self.groups)
+        what = f"{len(self.groups)} {kind}s can be deleted together" if len(self.groups) > 1 else f"1 {kind} can go"
         lost = wording.area(self.before.floor - self.left.floor)
         return [
             f"{what}: {names}. That costs {lost} ({wording.share(self.share)}) of the covered floor and "
@@ -79,13 +80,13 @@ def allowed_places(allowed: float) -> float:
 
 
 def deletable_together_steps(
-    embedding: Embedding, allowed: float, kind: Kind = Kind.CLIP
+    embedding: Embedding, allowed: float, kind: Grouping = Grouping.CLIP
 ) -> Generator[Progress, None, JointDeletion]:
     """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1), and its
     positions and headings by :func:`allowed_places`.
 
-    Greedy: next comes the part that costs least now that those before it are gone. Each choice is tried together with
-    all earlier ones, and in the end no other part could be added; something is always left. Not always the longest
+    Greedy: next comes the group that costs least now that those before it are gone. Each choice is tried together with
+    all earlier ones, and in the end no other group could be added; something is always left. Not always the longest
     list possible: that would take all subsets.
 
     Raises
@@ -95,34 +96,36 @@ def deletable_together_steps(
     """
     if not 0 <= allowed <= 1:
         raise EmbeddingError(f"The share of the floor that may be lost is {allowed}; give one between 0 and 1.")
-    before = extent(embedding)
+    before = embedding_size(embedding)
     enough = before.floor * (1 - allowed) - 1e-9
     enough_places = before.places * (1 - allowed_places(allowed)) - 1e-9
     cell_area = embedding.environment.grid.cell_size**2
-    chosen: list[Part] = []
-    left_after: list[Extent] = []
+    chosen: list[SegmentGroup] = []
+    left_after: list[EmbeddingSize] = []
     gone: set[int] = set()
-    # What each part would leave of floor and places, as of when so many were gone. It gets less as more goes: the part
-    # that leaves most by old numbers is asked first, and taken if it still leaves most.
-    known = [_Candidate(part, before.floor, before.places, -1, None) for part in parts(embedding.graph, kind)]
+    # Minoux's lazy greedy: what a group would leave gets less as more goes, so that the group that leaves most by old
+    # numbers is tried first, and taken if it still leaves most.
+    known = [
+        _Candidate(group, before.floor, before.places, -1, None) for group in segment_groups(embedding.graph, kind)
+    ]
     refused: list[_Candidate] = []
     n_asked, n_parts = 0, len(known)
     while known:
-        best = min(known, key=lambda entry: (-entry.floor, -entry.places, -entry.asked, entry.part.segments))
+        best = min(known, key=lambda entry: (-entry.floor, -entry.places, -entry.asked, entry.group.segments))
         known.remove(best)
-        if best.left is None or best.asked < len(chosen):
+        if best.left is None:
             n_asked += 1
-            yield Progress(1 - 1 / (1 + n_asked / n_parts), f"Trying without {best.part.name}")
-            left = yield from without_steps(embedding, gone.union(best.part.segments))
+            yield Progress(1 - 1 / (1 + n_asked / n_parts), f"Trying without {best.group.name}")
+            left = yield from without_steps(embedding, gone.union(best.group.segments))
             covered = left.covered()
             floor, places = int(np.count_nonzero(covered.any(axis=2))) * cell_area, int(np.count_nonzero(covered))
             allowed_now = floor >= enough and places >= enough_places and left.n_nodes > 0
-            asked = _Candidate(best.part, floor, places, len(chosen), left)
+            asked = _Candidate(best.group, floor, places, len(chosen), left)
             (known if allowed_now else refused).append(asked)
         else:
-            chosen.append(best.part)
-            gone.update(best.part.segments)
-            left_after.append(extent(best.left))
+            chosen.append(best.group)
+            gone.update(best.group.segments)
+            left_after.append(embedding_size(best.left))
             known = [replace(entry, left=None) for entry in known]
         if not known:
             # Another component may have become the largest, one that never needed what was refused: ask once more.
@@ -134,9 +137,9 @@ def deletable_together_steps(
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A part that may be deleted next: the floor and places that are left without it, when ``asked`` were gone."""
+    """A group that may be deleted next: the floor and places that are left without it, when ``asked`` were gone."""
 
-    part: Part
+    group: SegmentGroup
     floor: float
     places: int
     asked: int

@@ -13,8 +13,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, intersection
 from ..environment.grid import SUBDIVISION
 from ..errors import NOTHING_FITS, EvaluationError
-from ..motion.graph import MotionGraph
-from .ablation import Kind, parts
+from .segment_groups import segments_with_tag
 
 
 def goal_at(embedding: Embedding, position: tuple[float, float], radius: float = 0.0) -> Nodes:
@@ -130,31 +129,6 @@ def goal_to_begin(embedding: Embedding, segments: Iterable[int], name: str = "th
     if not any(goal):
         raise _cannot_play(embedding, name)
     return goal
-
-
-def segments_with_tag(graph: MotionGraph, tag: str) -> tuple[int, ...]:
-    """Segments with a tag on any frame; EvaluationError, with the tags that there are, if there is none."""
-    tagged = {part.name: part.segments for part in parts(graph, Kind.TAG)}
-    found = tuple(i for i in tagged.get(tag, ()) if np.any(graph.segments[i].tags[tag]))
-    if not found:
-        known = ", ".join(f"'{name}'" for name in tagged) or "none"
-        raise EvaluationError(
-            f"No segment of the motion graph carries the tag '{tag}' (tags: {known}); mark frames of a clip with it."
-        )
-    return found
-
-
-def segments_of_clip(graph: MotionGraph, clip: str) -> tuple[int, ...]:
-    """Segments that were cut from a clip, by its name; EvaluationError, with the reason, if there is none."""
-    cut = {part.name: part.segments for part in parts(graph, Kind.CLIP)}
-    if clip not in cut:
-        dropped = {lost.clip: lost.reason for lost in graph.dropped}
-        reason = f" ({dropped[clip]})" if clip in dropped else ""
-        raise EvaluationError(
-            f"No segment of the motion graph comes from the clip '{clip}'{reason}; choose another, or build the graph "
-            "with a higher Max Cost."
-        )
-    return cut[clip]
 
 
 def _of_segments(embedding: Embedding, segments: Iterable[int]) -> Nodes:

@@ -27,11 +27,11 @@ class LinkUtility:
         The motion graph's links.
     link_uses : (L,) int array
         Links of the embedding that play this transition.
-    link_hanging : (L,) int array
+    link_dependents : (L,) int array
         Nodes that are dead without it.
     segment_uses : (S,) int array
         Links of the embedding that play this segment.
-    segment_hanging : (S,) int array
+    segment_dependents : (S,) int array
         Nodes that are dead without it: its own, and those that can only be entered from it or left by it.
     n_nodes, n_links : int
         Of the embedding.
@@ -40,9 +40,9 @@ class LinkUtility:
     names: tuple[str, ...]
     links: np.ndarray
     link_uses: np.ndarray
-    link_hanging: np.ndarray
+    link_dependents: np.ndarray
     segment_uses: np.ndarray
-    segment_hanging: np.ndarray
+    segment_dependents: np.ndarray
     n_nodes: int
     n_links: int
 
@@ -58,15 +58,15 @@ class LinkUtility:
     def describe(self) -> str:
         if not self.n_links:
             return "There are no links, so nothing hangs on any of them."
-        most, vital = int(np.argmax(self.link_uses)), int(np.argmax(self.link_hanging))
-        spare = np.count_nonzero(self.link_hanging == 0)
+        most, vital = int(np.argmax(self.link_uses)), int(np.argmax(self.link_dependents))
+        spare = np.count_nonzero(self.link_dependents == 0)
         return (
             f"Of {wording.counted(len(self.links), 'link')} of the motion graph {wording.number(len(self.idle_links))} "
             f"are never played and {wording.number(spare)} can go without a node that dies at once. The most played "
             f"leads from {self.link_name(most)} ({wording.share_of(self.link_uses[most], self.n_links)} of all links "
             f"of the embedding); most hangs on the one from {self.link_name(vital)}: "
-            f"{wording.counted(int(self.link_hanging[vital]), 'node')} "
-            f"({wording.share_of(self.link_hanging[vital], self.n_nodes)})."
+            f"{wording.counted(int(self.link_dependents[vital]), 'node')} "
+            f"({wording.share_of(self.link_dependents[vital], self.n_nodes)})."
         )
 
 
@@ -98,27 +98,27 @@ def link_utility(embedding: Embedding) -> LinkUtility:
             leaving_by[a, b] = only
 
     links = np.asarray(embedding.graph.links)
-    link_hanging = [
+    link_dependents = [
         _count(_joined([leaving_by[a, a], entered_from[a, a]]))
         if a == b
         else _count(leaving_by[a, b]) + _count(entered_from[a, b])
         for a, b in links.tolist()
     ]
-    segment_hanging = []
+    segment_dependents = []
     for c in range(n_segments):
         hanging = {c: [nodes[c * n_blocks : (c + 1) * n_blocks]]}
         for a in network.parents[c]:
             hanging.setdefault(a, []).append(leaving_by[a, c])
         for b in network.children[c]:
             hanging.setdefault(b, []).append(entered_from[c, b])
-        segment_hanging.append(sum(_count(_joined(sets)) for sets in hanging.values()))
+        segment_dependents.append(sum(_count(_joined(sets)) for sets in hanging.values()))
     return LinkUtility(
         names=tuple(segment.name for segment in embedding.graph.segments),
         links=links,
         link_uses=uses[links[:, 0], links[:, 1]],
-        link_hanging=np.array(link_hanging, dtype=np.int64),
+        link_dependents=np.array(link_dependents, dtype=np.int64),
         segment_uses=uses.sum(axis=0),
-        segment_hanging=np.array(segment_hanging, dtype=np.int64),
+        segment_dependents=np.array(segment_dependents, dtype=np.int64),
         n_nodes=embedding.n_nodes,
         n_links=int(uses.sum()),
     )

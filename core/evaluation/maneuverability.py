@@ -13,9 +13,9 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
 from ..progress import Progress, portion
-from .ablation import Kind, Part, parts
 from .goals import goal_to_begin
 from .reach import NEVER, time_to_reach_steps
+from .segment_groups import Grouping, SegmentGroup, segment_groups
 
 #: Seconds that a player waits without minding.
 PROMPT = 1.0
@@ -27,7 +27,7 @@ class Maneuverability:
 
     Attributes
     ----------
-    action : Part
+    action : SegmentGroup
     floor : (nx, ny) float array
         Seconds to its beginning in the mean over all nodes of a cell; not a number where there is no node.
     mean, worst : float
@@ -36,7 +36,7 @@ class Maneuverability:
         Share of the nodes from which it can begin at once, and within one second; 0 to 1.
     """
 
-    action: Part
+    action: SegmentGroup
     floor: np.ndarray
     mean: float
     worst: float
@@ -54,8 +54,8 @@ class Maneuverability:
         )
 
 
-def maneuverability_steps(embedding: Embedding, action: Part) -> Generator[Progress, None, Maneuverability]:
-    """How soon an action can begin, exactly and over all nodes; see :func:`.ablation.parts` for the actions."""
+def maneuverability_steps(embedding: Embedding, action: SegmentGroup) -> Generator[Progress, None, Maneuverability]:
+    """Measure how soon an action can begin, exactly and over all nodes; EvaluationError if the embedding is empty."""
     if not embedding.n_nodes:
         raise EvaluationError("The embedding is empty: there is nothing that an action could begin from.")
     nx, ny, n_headings, n_segments = embedding.shape
@@ -81,10 +81,10 @@ def maneuverability_steps(embedding: Embedding, action: Part) -> Generator[Progr
 
 
 def maneuverabilities_steps(
-    embedding: Embedding, kind: Kind = Kind.CLIP
+    embedding: Embedding, kind: Grouping = Grouping.CLIP
 ) -> Generator[Progress, None, list[Maneuverability]]:
     """How soon each segment, clip or tag can begin, in their order; see :func:`maneuverability_steps`."""
-    actions = parts(embedding.graph, kind)
+    actions = segment_groups(embedding.graph, kind)
     found = []
     for done, action in enumerate(actions):
         steps = maneuverability_steps(embedding, action)

@@ -11,12 +11,12 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError
 from ..progress import Progress, portion
-from .ablation import Kind
 from .action_coverage import ActionCoverage, action_coverage
 from .environment_coverage import EnvironmentCoverage, environment_coverage
 from .link_utility import LinkUtility, link_utility
 from .maneuverability import Maneuverability, maneuverabilities_steps
 from .path_efficiency import PathEfficiency, path_efficiency_steps
+from .segment_groups import Grouping
 from .turn_balance import TurnBalance, turn_balance
 
 #: Pairs of places that share a goal, which costs a field of exact times.
@@ -110,12 +110,12 @@ def metrics_steps(
     yield Progress(0.0, "Measuring coverage")
     ground = environment_coverage(embedding)
     yield Progress(0.05, "Measuring actions")
-    actions = action_coverage(embedding, Kind.CLIP)
+    actions = action_coverage(embedding, Grouping.CLIP)
     yield Progress(0.1, "Measuring turns")
     turns = turn_balance(embedding)
     yield Progress(0.15, "Measuring links")
     links = link_utility(embedding)
-    prompt = yield from portion(maneuverabilities_steps(embedding, Kind.CLIP), 0.2, 0.6)
+    prompt = yield from portion(maneuverabilities_steps(embedding, Grouping.CLIP), 0.2, 0.6)
     ways, problem = None, ""
     n_goals = max(n_pairs // PAIRS_FOR_A_GOAL, 1)
     try:

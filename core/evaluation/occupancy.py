@@ -11,7 +11,7 @@ from ..embedding.embedding import Embedding
 from ..environment.environment import Environment
 from ..errors import EmbeddingError
 from ..progress import Progress, portion
-from .walkers import Flow, Walkers
+from .markov_chain import MarkovChain, StationaryFlow
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def occupancy_steps(
 
     Power iteration of the stationary distribution over all nodes, each weighted by the duration of the links taken
     there. Ends when one more step would move less than ``tolerance`` of the walkers, or after ``max_steps`` steps: the
-    result tells its ``residual``. Walkers wait now and then, so that chains that go in circles settle too.
+    result holds its ``residual``. Walkers wait now and then, so that chains that go in circles settle too.
 
     Raises
     ------
@@ -98,42 +98,29 @@ def occupancy_steps(
     """
     if not (tolerance > 0 and max_steps > 0):
         raise EmbeddingError(f"A tolerance of {tolerance} after {max_steps} steps cannot be met; make both positive.")
-    walkers = Walkers(embedding)
-    flow = yield from portion(walkers.flow_steps(tolerance, max_steps), 0.0, 0.9)
+    chain = MarkovChain(embedding)
+    flow = yield from portion(chain.flow_steps(tolerance, max_steps), 0.0, 0.9)
     yield Progress(0.9, "Following paths")
-    floor, segments = _along_paths(walkers, flow)
+    floor, segments = _along_paths(chain, flow)
     grid = embedding.environment.grid
     x, y = grid.positions(np.array(np.unravel_index(np.argmax(floor), floor.shape))).tolist()
-    return Occupancy(
-        floor / floor.sum(),
-        segments / segments.sum(),
-        grid.cell_size**2,
-        (x, y),
-        flow.residual,
-        flow.error,
-        flow.n_steps,
-    )
+    shares = floor / floor.sum(), segments / segments.sum()
+    return Occupancy(*shares, grid.cell_size**2, (x, y), flow.residual, flow.error, flow.n_steps)
 
 
-def leaving_shares(walkers: Walkers, flow: Flow, i: int) -> np.ndarray:
-    """(nx, ny) float64: how often the i-th used stencil is taken from each cell, per step."""
-    mask = walkers.mask(i)
-    return flow.starts[walkers.fork[i], walkers.heading[i]].reshape(mask.shape) * mask.astype(np.float64)
-
-
-def _along_paths(walkers: Walkers, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
+def _along_paths(chain: MarkovChain, flow: StationaryFlow) -> tuple[np.ndarray, np.ndarray]:
     """Time in each cell and time of each segment, in frames per step."""
-    nx, ny = walkers.layout.nx, walkers.layout.ny
-    floor, segments = np.zeros(nx * ny), np.zeros(walkers.embedding.shape[3])
-    for i, segment in enumerate(walkers.segment.tolist()):
-        leaving = leaving_shares(walkers, flow, i)
-        x, y = walkers.passed_cells(i)
+    nx, ny = chain.layout.nx, chain.layout.ny
+    floor, segments = np.zeros(nx * ny), np.zeros(chain.embedding.shape[3])
+    for i, segment in enumerate(chain.segment.tolist()):
+        leaving = chain.leaving(flow, i)
+        x, y = chain.passed_cells(i)
         segments[segment] += leaving.sum() * len(x)
         passed, n_frames = np.unique(np.column_stack([x, y]), axis=0, return_counts=True)
         for (dx, dy), n in zip(passed.tolist(), n_frames.tolist(), strict=True):
-            for moving, _, target in walkers.moves(leaving, dx, dy):
+            for moving, _, target in chain.moves(leaving, dx, dy):
                 floor[target] += n * moving
-    return free_ground(walkers.embedding.environment, floor.reshape(nx, ny)), segments
+    return free_ground(chain.embedding.environment, floor.reshape(nx, ny)), segments
 
 
 def free_ground(environment: Environment, floor: np.ndarray) -> np.ndarray:

@@ -9,15 +9,9 @@ from ..embedding.network import Nodes
 from ..errors import EvaluationError
 from ..progress import Progress
 from ..wording import place
-from .goals import (
-    goal_after,
-    goal_at,
-    goal_in_region,
-    goal_to_begin,
-    goal_with_tag,
-    segments_of_clip,
-)
+from .goals import goal_after, goal_at, goal_in_region, goal_to_begin, goal_with_tag
 from .reach import PAPER_TIMES, ReachField, time_from_steps, time_to_reach_steps
+from .segment_groups import segments_of_clip
 
 
 class GoalKind(Enum):

@@ -279,7 +279,7 @@ def merged_frames_steps(
 def mean_time_to_reach(embedding: Embedding, goal: Nodes) -> float:
     """Mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
 
-    A number to compare embeddings by, as :class:`.extent.Measure` wants it.
+    A number to compare embeddings by, as :class:`.size.Objective` wants it.
     """
     if not any(intersection(goal, embedding.nodes)):
         return float("inf")

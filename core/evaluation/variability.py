@@ -1,6 +1,6 @@
 """Variability and coverage (paper, section 4.1, equations 1 to 3).
 
-The numbers of ways are added up and multiplied on bit-planes (see :mod:`.tally`), one block of headings after the
+The numbers of ways are added up and multiplied on bit-planes (see :mod:`.bit_counter`), one block of headings after the
 other: a ground of tens of millions of nodes takes about as much memory again as its embedding, not gigabytes.
 """
 
@@ -11,9 +11,9 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import StepNetwork
 from ..progress import Progress, finish
+from .bit_counter import BitCounter, BitCounts, masked, product, sum_of_products
 from .degrees import Degrees
 from .floor import floor_cells
-from .tally import Columns, Tally, masked, product, sum_of_products
 
 _MESSAGE = "Counting ways"
 
@@ -43,7 +43,7 @@ def segment_variability_of(embedding: Embedding, segment: int) -> np.ndarray:
     return _segment_map(embedding.network, Degrees(embedding), segment)
 
 
-def segment_tallies(embedding: Embedding, degrees: Degrees, block: int) -> list[Tally]:
+def variability_counts(embedding: Embedding, degrees: Degrees, block: int) -> list[BitCounts]:
     """For each segment the tally of segment variability (eq. 1) over the bundle of a block of headings."""
     merge_of = embedding.network.merge_of
     return [
@@ -65,13 +65,13 @@ def variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndar
     network, degrees = embedding.network, Degrees(embedding)
     ways = np.empty(embedding.shape[:3], dtype=np.int64)
     for block in range(network.n_blocks):
-        total = Columns()
+        total = BitCounter()
         for merge, members in enumerate(network.members_of_merge):
             yield Progress((block + merge / len(network.members_of_merge)) / network.n_blocks, _MESSAGE)
-            arriving = Columns()
+            arriving = BitCounter()
             for segment in members:
-                arriving.add_tally(degrees.incoming(segment, block))
-            total.add_tally(product(arriving.total(), degrees.outgoing(merge, block)))
+                arriving.add_counts(degrees.incoming(segment, block))
+            total.add_counts(product(arriving.total(), degrees.outgoing(merge, block)))
         first = block * network.bundled
         ways[:, :, first : first + network.bundled] = _numbers(network, total.total())
         degrees.forget(block)
@@ -91,7 +91,7 @@ def heading_variability(embedding: Embedding, heading: int) -> np.ndarray:
         raise IndexError(f"There is no heading {heading} on a grid of {network.n_headings} headings.")
     block, place = divmod(heading, network.bundled)
     here = network.bundles([network.layout.ground if i == place else 0 for i in range(network.bundled)])[0]
-    degrees, total = Degrees(embedding), Columns()
+    degrees, total = Degrees(embedding), BitCounter()
     for segment, merge in enumerate(network.merge_of):
         total.add_product(masked(degrees.incoming(segment, block), here), degrees.outgoing(merge, block))
     return _numbers(network, total.total())[:, :, place]
@@ -142,7 +142,7 @@ def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.nda
     return np.concatenate(blocks, axis=2)
 
 
-def _numbers(network: StepNetwork, tally: Tally) -> np.ndarray:
+def _numbers(network: StepNetwork, tally: BitCounts) -> np.ndarray:
     """(nx, ny, headings of a block) int64: the counts of a tally of bundles."""
     layout = network.layout
     numbers = np.zeros((network.bundled, layout.nx, layout.ny), dtype=np.int64)

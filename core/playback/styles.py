@@ -13,7 +13,8 @@ from ..embedding.embedding import Embedding
 from ..embedding.link_reader import Node
 from ..embedding.network import Nodes
 from ..errors import EvaluationError, WalkError
-from ..evaluation.goals import goal_in_cells, segments_of_clip, segments_with_tag
+from ..evaluation.goals import goal_in_cells
+from ..evaluation.segment_groups import segments_of_clip, segments_with_tag
 from ..progress import Progress, portion
 from .curve import CurveSettings, walk_along_steps
 from .destination import destination

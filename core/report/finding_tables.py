@@ -31,10 +31,10 @@ def actions_table(found: Metrics) -> Table:
 
 def links_table(embedding: Embedding, found: LinkUtility) -> Table:
     """Uses of each link of the motion graph, and the nodes that hang on it; what most hangs on first."""
-    order = np.lexsort((-found.link_uses, -found.link_hanging)).tolist()
+    order = np.lexsort((-found.link_uses, -found.link_dependents)).tolist()
     ends, costs = found.links.tolist(), embedding.graph.link_costs.tolist()
     rows = [
-        (*(found.names[end] for end in ends[i]), int(found.link_uses[i]), int(found.link_hanging[i]), costs[i])
+        (*(found.names[end] for end in ends[i]), int(found.link_uses[i]), int(found.link_dependents[i]), costs[i])
         for i in order
     ]
     return table(("from", "to", "uses", "nodes that die without it", "cost (rad2)"), rows)

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..evaluation.ablation import Ablation, Kind, Verdict, ablate_steps
+from ..evaluation.ablation import Ablation, Verdict, ablate_steps
 from ..evaluation.action_coverage import ActionCoverage, action_coverage
 from ..evaluation.capture.director import CaptureAdvice, direct_capture_steps
 from ..evaluation.deletion import JointDeletion, deletable_together_steps
 from ..evaluation.link_utility import LinkUtility, link_utility
 from ..evaluation.occupancy import Occupancy, occupancy_steps
+from ..evaluation.segment_groups import Grouping
 from ..evaluation.turn_balance import TurnBalance, turn_balance
 from ..evaluation.weak_spots import Domain, WeakSpots, WeakSpotSettings, weak_spots_steps
 from ..evaluation.why_not import LostLinks, Reason, lost_links_steps, why_not_steps
@@ -21,8 +22,8 @@ from .subject import WholeGround
 # ------------------------------------------------------------------------------------------------------ actions
 
 
-def _kind(options: Options) -> Kind:
-    return Kind(options.get("kind", Kind.CLIP.value))
+def _kind(options: Options) -> Grouping:
+    return Grouping(options.get("kind", Grouping.CLIP.value))
 
 
 def _begins(embedding: Embedding, options: Options) -> ActionCoverage:
@@ -178,15 +179,15 @@ EMBEDDING_QUANTITIES: dict[str, Quantity] = {
     ),
     "spare_transitions": of_whole(
         "links of the motion graph without which no node dies at once",
-        _of_utility(lambda found: int(np.count_nonzero(found.link_hanging == 0))),
+        _of_utility(lambda found: int(np.count_nonzero(found.link_dependents == 0))),
     ),
     "vital_transition": of_whole(
         "share of the nodes that die at once without the link of the motion graph that most hangs on",
-        _of_utility(lambda found: _greatest_share(found.link_hanging, found.n_nodes)),
+        _of_utility(lambda found: _greatest_share(found.link_dependents, found.n_nodes)),
     ),
     "vital_segment": of_whole(
         "share of the nodes that die at once without the segment that most hangs on",
-        _of_utility(lambda found: _greatest_share(found.segment_hanging, found.n_nodes)),
+        _of_utility(lambda found: _greatest_share(found.segment_dependents, found.n_nodes)),
     ),
     "possible_links": of_whole("one-step links of an empty ground", _of_lost(lambda found: found.possible)),
     "obstacle_links": of_whole("one-step links that obstacles block", _of_lost(lambda found: found.obstacles)),
@@ -214,7 +215,7 @@ EMBEDDING_QUANTITIES: dict[str, Quantity] = {
     ),
     "spare_actions": of_whole(
         "actions that can all be deleted for a small share of the floor",
-        lambda g, o: len(g.once(_spare, o).parts),
+        lambda g, o: len(g.once(_spare, o).groups),
         options={"kind": KIND, "allowed": SHARE},
     ),
     "spare_loss": of_whole(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..evaluation.ablation import Kind
+from ..evaluation.segment_groups import Grouping
 from .subject import Subject, WholeGround
 
 Options = Mapping[str, Any]
@@ -33,7 +33,9 @@ class Option:
 
 
 TEXT = Option("a name", lambda value: isinstance(value, str))
-KIND = Option(" or ".join(repr(kind.value) for kind in Kind), lambda value: value in [kind.value for kind in Kind])
+KIND = Option(
+    " or ".join(repr(kind.value) for kind in Grouping), lambda value: value in [kind.value for kind in Grouping]
+)
 AMOUNT = Option("a number, 0 or more", lambda value: is_number(value) and value >= 0)
 SHARE = Option("a number from 0 to 1", lambda value: is_number(value) and 0 <= value <= 1)
 ANGLE = Option("an angle in radians", is_number)

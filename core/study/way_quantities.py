@@ -8,22 +8,22 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
 from ..errors import EvaluationError
-from ..evaluation.ablation import Kind, Part, parts
 from ..evaluation.detours import Detours, detours_steps, mean_speed
-from ..evaluation.goals import facing, goal_after, goal_at, goal_in_region, goal_with_tag, segments_of_clip
+from ..evaluation.goals import facing, goal_after, goal_at, goal_in_region, goal_with_tag
 from ..evaluation.maneuverability import Maneuverability, maneuverabilities_steps, maneuverability_steps
 from ..evaluation.path_efficiency import PathEfficiency, path_efficiency_steps
 from ..evaluation.reach import ReachField, time_from_steps, time_to_reach_steps
+from ..evaluation.segment_groups import Grouping, SegmentGroup, segment_groups, segments_of_clip
 from ..progress import finish
 from .quantity import AMOUNT, ANGLE, COUNT, KIND, LENGTH, NATURAL, POSITION, TEXT, Options, Quantity, of_whole
 from .subject import WholeGround
 
 
-def _actions(embedding: Embedding, options: Options) -> list[Part]:
+def _actions(embedding: Embedding, options: Options) -> list[SegmentGroup]:
     """The tag or clip that the options name; all of a kind if they name neither."""
-    for kind in (Kind.TAG, Kind.CLIP):
+    for kind in (Grouping.TAG, Grouping.CLIP):
         if kind.value in options:
-            found = {part.name: part for part in parts(embedding.graph, kind)}
+            found = {part.name: part for part in segment_groups(embedding.graph, kind)}
             if options[kind.value] not in found:
                 known = ", ".join(f"'{name}'" for name in found) or "none"
                 raise EvaluationError(
@@ -40,7 +40,7 @@ def _prompt(embedding: Embedding, options: Options) -> list[Maneuverability]:
         return [finish(maneuverability_steps(embedding, action)) for action in named]
     return [
         found
-        for found in finish(maneuverabilities_steps(embedding, Kind(options.get("kind", Kind.CLIP.value))))
+        for found in finish(maneuverabilities_steps(embedding, Grouping(options.get("kind", Grouping.CLIP.value))))
         if math.isfinite(found.mean)
     ]
 

@@ -3,7 +3,7 @@
 The k-rule of :mod:`.local_pruning` promises neither a size nor what is left. Here both are settings: how large the
 result may be, and how much of what the embedding is good for may be lost. What is promised is checked on the result.
 
-The result grows from a skeleton (see :mod:`.skeleton`), which covers every place with few links; only if even that is
+The result grows from a skeleton (see :mod:`.spanning`), which covers every place with few links; only if even that is
 too large, places are given up, the most remote ones first, as far as is allowed - or local pruning is the start, if
 that covers more. What the budget has left is filled with the best nodes. Whatever is added to the start can only add
 places, so that bisection finds the most that fits.
@@ -19,12 +19,12 @@ from .. import wording
 from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.network import Nodes, union
 from ..errors import TuningError
-from ..evaluation.extent import Measure
+from ..evaluation.size import Objective
 from ..progress import Progress, portion
 from .filling import Filling, FillOrder, filling_steps
 from .growth import component_around_steps
 from .local_pruning import prune_local_steps
-from .skeleton import Places, SkeletonPlan, covered_places, plan_skeleton_steps, skeleton_steps
+from .spanning import Places, SpanningPlan, covered_places, plan_spanning_steps, spanning_steps
 
 #: An engine's table of a motion graph's embedding: for each node x, y, heading and segment as 16 bit numbers and the
 #: index of its first link (32 bit); for each link the index of the node that it leads to (32 bit).
@@ -34,7 +34,7 @@ LINK_BYTES = 4
 #: A budget counts as used up within this share; refining goes on while more is left.
 _CLOSE_ENOUGH = 0.002
 
-#: Where the budget cannot be met, the least that keeps the measure is sought in steps of this part of all nodes.
+#: Where the budget cannot be met, the least that keeps the objective is sought in steps of this part of all nodes.
 _MEASURED = 1000
 
 
@@ -67,27 +67,27 @@ class BudgetSettings:
         Whether coverage means cells, or cells and headings.
     coverage_loss : float
         Share of the places covered by the embedding that the result may lose, from 0 to 1.
-    measure : Measure, optional
+    objective : Objective, optional
         Any number of an embedding that should stay low, such as the mean time to reach a goal.
-    measure_growth : float
-        The result's measure may be at most this many times that of the embedding; 1 or more.
+    objective_growth : float
+        The result's objective may be at most this many times that of the embedding; 1 or more.
     """
 
     limit: Limit = Limit.LINKS
     budget: int = 100_000
     places: Places = Places.CELLS
     coverage_loss: float = 0.0
-    measure: Measure | None = None
-    measure_growth: float = 1.1
+    objective: Objective | None = None
+    objective_growth: float = 1.1
 
     def __post_init__(self):
         if not self.budget >= 0:
             raise TuningError(f"A budget of {self.budget} {self.limit.value.lower()} is no budget; use 0 or more.")
         if not 0 <= self.coverage_loss <= 1:
             raise TuningError(f"Coverage may fall by a share from 0 to 1, not {self.coverage_loss}.")
-        if not self.measure_growth >= 1:
+        if not self.objective_growth >= 1:
             raise TuningError(
-                f"The measure may grow to {self.measure_growth} times its value at most; use 1 or more: "
+                f"The objective may grow to {self.objective_growth} times its value at most; use 1 or more: "
                 "pruning never makes it less."
             )
 
@@ -98,7 +98,7 @@ class BudgetSettings:
 
 @dataclass(frozen=True)
 class BudgetedPruning:
-    """An embedding pruned to a budget. The promises about coverage and measure hold whether or not the budget is met.
+    """An embedding pruned to a budget. The promises about coverage and objective hold whether or not the budget is met.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class BudgetedPruning:
         Links or bytes.
     places, places_before : int
         Places covered.
-    measure, measure_before : float or None
+    objective, objective_before : float or None
     """
 
     embedding: Embedding
@@ -121,8 +121,8 @@ class BudgetedPruning:
     cost_before: int
     places: int
     places_before: int
-    measure: float | None
-    measure_before: float | None
+    objective: float | None
+    objective_before: float | None
 
     @property
     def coverage_kept(self) -> float:
@@ -134,9 +134,9 @@ class BudgetedPruning:
         unit = self.settings.limit.value.lower()
         kept = f"{wording.share(self.coverage_kept)} of the {self.settings.places.value.lower()}"
         worth = ""
-        asked = self.settings.measure
-        if asked is not None and self.measure is not None and self.measure_before is not None:
-            now, before = wording.short(self.measure), wording.short(self.measure_before)
+        asked = self.settings.objective
+        if asked is not None and self.objective is not None and self.objective_before is not None:
+            now, before = wording.short(self.objective), wording.short(self.objective_before)
             worth = f", with a {asked.name} of {now} {asked.unit} instead of {before}"
         size = f"{wording.number(self.cost)} of {wording.number(self.cost_before)} {unit} keep {kept}{worth}"
         if self.met:
@@ -155,28 +155,28 @@ def prune_to_budget_steps(
     Parameters
     ----------
     order : FillOrder, optional
-        What is kept beyond the skeleton; by default the best nodes at each place, like local pruning. With a measure
+        What is kept beyond the skeleton; by default the best nodes at each place, like local pruning. With an objective
         that this fails to keep low, the other order is tried, too.
 
     Returns
     -------
     BudgetedPruning
         Strongly connected, a part of ``embedding``; it covers at least 1 - ``coverage_loss`` of the places, and its
-        measure is at most ``measure_growth`` times what it was - always. ``met`` says whether it fits the budget.
+        objective is at most ``objective_growth`` times what it was - always. ``met`` says whether it fits the budget.
     """
     trial = _Trial(embedding, settings)
     if trial.fits(embedding) or not embedding.n_nodes:
         return trial.result(embedding)
-    plan = yield from portion(plan_skeleton_steps(embedding, settings.places), 0.0, 0.2)
+    plan = yield from portion(plan_spanning_steps(embedding, settings.places), 0.0, 0.2)
     smallest = yield from portion(_core_steps(plan, trial), 0.2, 0.35)
     if trial.places(smallest) < trial.n_places:
         by_rule = yield from portion(_by_rule_steps(trial), 0.35, 0.4)
         if trial.prefers(by_rule, smallest):
             smallest = by_rule
-    if settings.measure is None and not trial.fits(smallest):
+    if settings.objective is None and not trial.fits(smallest):
         return trial.result(smallest)
     best = None
-    orders = [order] if order else list(FillOrder) if settings.measure else [FillOrder.PLACES]
+    orders = [order] if order else list(FillOrder) if settings.objective else [FillOrder.PLACES]
     for turn, chosen in enumerate(orders):
         start, end = 0.4 + 0.6 * turn / len(orders), 0.4 + 0.6 * (turn + 1) / len(orders)
         filling = yield from portion(filling_steps(embedding, chosen), start, (start + end) / 2)
@@ -196,7 +196,7 @@ class _Trial:
     def __init__(self, embedding: Embedding, settings: BudgetSettings):
         self.embedding = embedding
         self.settings = settings
-        self.measure_before = None if settings.measure is None else float(settings.measure.of(embedding))
+        self.objective_before = None if settings.objective is None else float(settings.objective.of(embedding))
         self.n_places = self.places(embedding)
 
     @property
@@ -220,11 +220,11 @@ class _Trial:
     def fits(self, candidate: Embedding) -> bool:
         return self.cost(candidate) <= self.settings.budget
 
-    def keeps_measure(self, candidate: Embedding) -> bool:
+    def keeps_objective(self, candidate: Embedding) -> bool:
         """Also where it is infinite before; never where it is not a number."""
-        if self.settings.measure is None or self.measure_before is None or candidate is self.embedding:
+        if self.settings.objective is None or self.objective_before is None or candidate is self.embedding:
             return True
-        return float(self.settings.measure.of(candidate)) <= self.settings.measure_growth * self.measure_before
+        return float(self.settings.objective.of(candidate)) <= self.settings.objective_growth * self.objective_before
 
     def result(self, embedding: Embedding) -> BudgetedPruning:
         settings = self.settings
@@ -236,12 +236,12 @@ class _Trial:
             cost_before=self.cost(self.embedding),
             places=self.places(embedding),
             places_before=self.n_places,
-            measure=None if settings.measure is None else float(settings.measure.of(embedding)),
-            measure_before=self.measure_before,
+            objective=None if settings.objective is None else float(settings.objective.of(embedding)),
+            objective_before=self.objective_before,
         )
 
 
-def _core_steps(plan: SkeletonPlan, trial: _Trial) -> Generator[Progress, None, Embedding]:
+def _core_steps(plan: SpanningPlan, trial: _Trial) -> Generator[Progress, None, Embedding]:
     """The skeleton of as many places as fit into the budget, but of no fewer than are required.
 
     The most remote places, in links from the centre, are given up first. No nodes, if none is required or fits.
@@ -255,7 +255,7 @@ def _core_steps(plan: SkeletonPlan, trial: _Trial) -> Generator[Progress, None, 
     for turn in range(n_tries + 1):
         wanted = np.zeros(plan.depth.size, dtype=bool)
         wanted[order[:n_wanted]] = True
-        steps = skeleton_steps(plan, wanted.reshape(plan.depth.shape))
+        steps = spanning_steps(plan, wanted.reshape(plan.depth.shape))
         nodes = yield from portion(steps, turn / (n_tries + 1), (turn + 1) / (n_tries + 1))
         core = with_nodes(trial.embedding, nodes)
         if trial.fits(core):
@@ -287,7 +287,7 @@ def _by_rule_steps(trial: _Trial) -> Generator[Progress, None, Embedding]:
 
 
 def _filled_steps(trial: _Trial, filling: Filling, core: Embedding) -> Generator[Progress, None, Embedding]:
-    """The core, filled until the budget is used up; filled further only if the measure demands it.
+    """The core, filled until the budget is used up; filled further only if the objective demands it.
 
     What holds more nodes of the filling holds all that held fewer, and may grow around it.
     """
@@ -303,15 +303,15 @@ def _filled_steps(trial: _Trial, filling: Filling, core: Embedding) -> Generator
                 best = grown
             else:
                 high = middle
-    if trial.keeps_measure(best):
+    if trial.keeps_objective(best):
         return best
-    # Nothing that fits keeps the measure low enough: the least that does.
+    # Nothing that fits keeps the objective low enough: the least that does.
     low, high, kept = taken, filling.n_steps, trial.embedding
     while high - low > max(filling.n_steps // _MEASURED, 1):
         middle = (low + high) // 2
         share = 1 - (high - low) / filling.n_steps
         grown = yield from portion(_grown_steps(trial, filling, best.nodes, middle), (1 + share) / 2, (1 + share) / 2)
-        if trial.keeps_measure(grown):
+        if trial.keeps_objective(grown):
             high, kept = middle, grown
         else:
             low, best = middle, grown

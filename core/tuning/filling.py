@@ -6,9 +6,9 @@ from enum import Enum
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
+from ..evaluation.bit_counter import BitCounts, constant, less
 from ..evaluation.degrees import Degrees
-from ..evaluation.tally import Tally, constant, less
-from ..evaluation.variability import segment_tallies
+from ..evaluation.variability import variability_counts
 from ..progress import Progress
 from .ranking import ranks_steps
 
@@ -32,13 +32,13 @@ class Filling:
     Attributes
     ----------
     embedding : Embedding
-    levels : list of Tally
+    levels : list of BitCounts
         For each bundle of the embedding's nodes, the tally of their levels; the nodes of level 0 come first.
     n_levels : int
     """
 
     embedding: Embedding
-    levels: list[Tally]
+    levels: list[BitCounts]
     n_levels: int
 
     @property
@@ -74,13 +74,13 @@ def filling_steps(embedding: Embedding, order: FillOrder) -> Generator[Progress,
     return Filling(embedding, levels, 1 << max((len(tally) for tally in levels), default=0))
 
 
-def _variability_levels_steps(embedding: Embedding) -> Generator[Progress, None, list[Tally]]:
+def _variability_levels_steps(embedding: Embedding) -> Generator[Progress, None, list[BitCounts]]:
     """How far each node's segment variability lies under the highest number with as many binary digits."""
     network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
-    values: list[Tally] = [[] for _ in nodes]
+    values: list[BitCounts] = [[] for _ in nodes]
     for block in range(network.n_blocks):
         yield Progress(block / network.n_blocks, "Ranking nodes")
-        values[block :: network.n_blocks] = segment_tallies(embedding, degrees, block)
+        values[block :: network.n_blocks] = variability_counts(embedding, degrees, block)
         degrees.forget(block)
     n_digits = max((len(value) for value in values), default=0)
     return [

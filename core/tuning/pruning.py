@@ -1,17 +1,20 @@
 """Pruned embeddings: made in one of three ways, and what they cost against the whole one."""
 
 from collections.abc import Generator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum
 
 from ..embedding.embedding import Embedding, with_nodes
 from ..errors import EmbeddingError
-from ..evaluation.extent import Extent, extent
+from ..evaluation.size import EmbeddingSize, embedding_size
 from ..progress import Progress, portion
 from ..wording import counted, memory, share
 from .budget import BudgetSettings, Limit, prune_to_budget_steps
 from .global_pruning import prune_global_steps
 from .local_pruning import prune_local_steps
+
+#: The numbers of :class:`.EmbeddingSize` that are kept in files.
+_SIZES = ("floor", "share", "places", "nodes", "links")
 
 
 class PruningMethod(Enum):
@@ -61,7 +64,7 @@ class Pruning:
     ----------
     whole, pruned : Embedding
         The same one twice if nothing had to go.
-    before, after : Extent
+    before, after : EmbeddingSize
     words : str
         How it was pruned.
     sentences : tuple of str
@@ -72,8 +75,8 @@ class Pruning:
 
     whole: Embedding
     pruned: Embedding
-    before: Extent
-    after: Extent
+    before: EmbeddingSize
+    after: EmbeddingSize
     words: str
     sentences: tuple[str, ...] = ()
     met: bool = True
@@ -97,24 +100,30 @@ def prune_steps(whole: Embedding, settings: PruningSettings) -> Generator[Progre
     if pruned.planes == whole.planes:
         pruned = whole
     yield Progress(0.9, "Counting links")
-    return Pruning(whole, pruned, extent(whole), extent(pruned), settings.words, sentences, met)
+    return Pruning(whole, pruned, embedding_size(whole), embedding_size(pruned), settings.words, sentences, met)
 
 
 def pruning_to_plain(pruning: Pruning) -> dict:
-    """Everything but the embeddings, for a file."""
-    sizes = {"before": asdict(pruning.before), "after": asdict(pruning.after)}
-    return {**sizes, "words": pruning.words, "sentences": pruning.sentences, "met": pruning.met}
+    """Return everything but the embeddings, for a file."""
+    before, after = ({name: getattr(size, name) for name in _SIZES} for size in (pruning.before, pruning.after))
+    return {
+        "before": before,
+        "after": after,
+        "words": pruning.words,
+        "sentences": pruning.sentences,
+        "met": pruning.met,
+    }
 
 
 def pruning_from_plain(plain: dict, whole: Embedding, planes: tuple[int, ...]) -> Pruning:
-    """What :func:`pruning_to_plain` wrote, with the pruned embedding's planes; EmbeddingError if they do not fit."""
+    """Read a pruning from a file, with the pruned embedding's planes; EmbeddingError if they do not fit."""
     if len(planes) != len(whole.planes) or any(a & ~b for a, b in zip(planes, whole.planes, strict=True)):
         raise EmbeddingError("the pruned embedding is no part of the whole one.")
     # Of the same network, so that its links are not kept twice.
     pruned = with_nodes(whole, whole.network.bundles(list(planes)))
-    before, after = Extent(**plain["before"]), Extent(**plain["after"])
-    # A measure is none where none was asked for.
-    if not all(isinstance(value, int | float | None) for size in (before, after) for value in asdict(size).values()):
+    before, after = ([plain[size][name] for name in _SIZES] for size in ("before", "after"))
+    if not all(isinstance(value, int | float) for value in (*before, *after)):
         raise EmbeddingError("the sizes of the pruned embedding are no numbers.")
     sentences = tuple(str(sentence) for sentence in plain["sentences"])
-    return Pruning(whole, pruned, before, after, str(plain["words"]), sentences, bool(plain["met"]))
+    sizes = EmbeddingSize(*before), EmbeddingSize(*after)
+    return Pruning(whole, pruned, *sizes, str(plain["words"]), sentences, bool(plain["met"]))

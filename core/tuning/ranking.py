@@ -8,13 +8,13 @@ from collections.abc import Generator
 
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
+from ..evaluation.bit_counter import BitCounter, BitCounts, constant, less, masked, minus
 from ..evaluation.degrees import Degrees
-from ..evaluation.tally import Columns, Tally, constant, less, masked, minus
-from ..evaluation.variability import segment_tallies
+from ..evaluation.variability import variability_counts
 from ..progress import Progress
 
 #: For each segment and block (index segment * n_blocks + block) the tally of its nodes' ranks; the best has rank 0.
-Ranks = list[Tally]
+Ranks = list[BitCounts]
 
 
 def best_nodes_steps(embedding: Embedding, k: int) -> Generator[Progress, None, Nodes]:
@@ -23,13 +23,13 @@ def best_nodes_steps(embedding: Embedding, k: int) -> Generator[Progress, None, 
     kept = [0] * len(nodes)
     for block in range(network.n_blocks):
         yield Progress(block / network.n_blocks, "Choosing the best nodes")
-        values = segment_tallies(embedding, degrees, block)
+        values = variability_counts(embedding, degrees, block)
         kept[block :: network.n_blocks] = best_at_each_place(values, nodes[block :: network.n_blocks], k)
         degrees.forget(block)
     return kept
 
 
-def best_at_each_place(values: list[Tally], members: list[int], k: int) -> list[int]:
+def best_at_each_place(values: list[BitCounts], members: list[int], k: int) -> list[int]:
     """Of planes (or bundles) that share their cells, in each cell the ``k`` members of highest value.
 
     Digit by digit from the highest: where enough candidates have the digit set, the others are out; elsewhere those
@@ -39,7 +39,7 @@ def best_at_each_place(values: list[Tally], members: list[int], k: int) -> list[
     kept, candidates, wanted = [0] * len(members), list(members), constant(k, everywhere)
     for digit in range(max((len(value) for value in values), default=0) - 1, -1, -1):
         high = [c & value[digit] if digit < len(value) else 0 for c, value in zip(candidates, values, strict=True)]
-        counter = Columns()
+        counter = BitCounter()
         for plane in high:
             counter.add(plane)
         number = counter.total()
@@ -66,9 +66,9 @@ def ranks_steps(embedding: Embedding) -> Generator[Progress, None, Ranks]:
     ranks: Ranks = [[] for _ in nodes]
     for block in range(network.n_blocks):
         members = nodes[block :: network.n_blocks]
-        values = segment_tallies(embedding, degrees, block)
+        values = variability_counts(embedding, degrees, block)
         degrees.forget(block)
-        better = [Columns() for _ in members]
+        better = [BitCounter() for _ in members]
         for i, plane in enumerate(members):
             yield Progress((block + i / len(members)) / network.n_blocks, "Ranking nodes")
             for j in range(i + 1, len(members)):
@@ -89,7 +89,7 @@ def ranked_below(embedding: Embedding, ranks: Ranks, k: int) -> Nodes:
     ]
 
 
-def _where(plane: int, a: Tally, b: Tally) -> Tally:
+def _where(plane: int, a: BitCounts, b: BitCounts) -> BitCounts:
     """``a`` (0 outside the plane) in the cells of a plane, ``b`` elsewhere."""
     n_digits = max(len(a), len(b))
     return [

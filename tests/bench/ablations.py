@@ -4,12 +4,13 @@ import numpy as np
 from scipy import sparse
 
 from core.embedding.embedding import embed, restrict
-from core.evaluation.ablation import Kind, ablate_steps, parts
+from core.evaluation.ablation import ablate_steps
 from core.evaluation.capture.candidate import augmented, candidates
 from core.evaluation.capture.director import direct_capture_steps
 from core.evaluation.deletion import deletable_together_steps
-from core.evaluation.extent import extent
 from core.evaluation.occupancy import occupancy_steps
+from core.evaluation.segment_groups import Grouping, segment_groups
+from core.evaluation.size import embedding_size
 from core.progress import finish
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
@@ -21,24 +22,24 @@ WALKERS, SECONDS = 2000, 30.0
 
 def ablation() -> Benchmark:
     """What is lost without each segment, in turn."""
-    return _ablation([Kind.SEGMENT])
+    return _ablation([Grouping.SEGMENT])
 
 
 def ablation_of_all() -> Benchmark:
     """What is lost without each segment, each clip and each tag."""
-    return _ablation(list(Kind))
+    return _ablation(list(Grouping))
 
 
-def _ablation(kinds: list[Kind]) -> Benchmark:
+def _ablation(kinds: list[Grouping]) -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
     n_blocks = embedding.network.n_blocks
 
     def from_scratch():
         left = []
-        for part in (part for kind in kinds for part in parts(embedding.graph, kind)):
+        for part in (part for kind in kinds for part in segment_groups(embedding.graph, kind)):
             gone = set(part.segments)
             nodes = [0 if index // n_blocks in gone else bundle for index, bundle in enumerate(embedding.nodes)]
-            left.append(extent(restrict(embedding, nodes)))
+            left.append(embedding_size(restrict(embedding, nodes)))
         return left
 
     return Benchmark(
@@ -61,7 +62,7 @@ def joint_deletion() -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
     return Benchmark(
         run=lambda: finish(deletable_together_steps(embedding, 0.02)),
-        counts=lambda found: {"clips": len(found.parts), "nodes": found.left.nodes},
+        counts=lambda found: {"clips": len(found.groups), "nodes": found.left.nodes},
         repeats=3,
     )
 
@@ -73,7 +74,7 @@ def capture() -> Benchmark:
 
     def from_scratch():
         return [
-            extent(embed(augmented(embedding.graph, candidate), embedding.environment, embedding.settings))
+            embedding_size(embed(augmented(embedding.graph, candidate), embedding.environment, embedding.settings))
             for candidate in family
         ]
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.embedding.embedding import Embedding
-from core.evaluation.occupancy import free_ground, leaving_shares
-from core.evaluation.walkers import Walkers
+from core.evaluation.markov_chain import MarkovChain
+from core.evaluation.occupancy import free_ground
 from core.progress import finish
 
 #: Bools that are looked up together while walkers choose their next links.
@@ -44,7 +44,7 @@ def simulated_occupancy(
     n_groups: int = 20,
 ) -> SimulatedOccupancy:
     """Watch random walkers for ``duration`` seconds, after ``settling`` seconds from a random node each."""
-    walkers = Walkers(embedding)
+    walkers = MarkovChain(embedding)
     choice = _Choices(walkers)
     nx, ny = walkers.layout.nx, walkers.layout.ny
     rate = embedding.graph.frame_rate
@@ -78,14 +78,12 @@ def visits(embedding: Embedding, tolerance: float = 1e-5, max_steps: int = 5000)
 
     The share of all steps that end at each node, however long they last. For small grounds: eight bytes for each.
     """
-    walkers = Walkers(embedding)
+    walkers = MarkovChain(embedding)
     flow = finish(walkers.flow_steps(tolerance, max_steps))
     nx, ny, n_headings, n_segments = embedding.shape
     shares = np.zeros((n_segments, n_headings, nx * ny))
     for i, (segment, turned) in enumerate(zip(walkers.segment.tolist(), walkers.turned.tolist(), strict=True)):
-        for leaving, _, target in walkers.moves(
-            leaving_shares(walkers, flow, i), int(walkers.dx[i]), int(walkers.dy[i])
-        ):
+        for leaving, _, target in walkers.moves(walkers.leaving(flow, i), int(walkers.dx[i]), int(walkers.dy[i])):
             shares[segment, turned, target] += leaving
     return (shares / shares.sum()).reshape(n_segments, n_headings, nx, ny).transpose(2, 3, 1, 0)
 
@@ -93,7 +91,7 @@ def visits(embedding: Embedding, tolerance: float = 1e-5, max_steps: int = 5000)
 class _Choices:
     """What walkers can do next, as arrays to look up for many of them at once."""
 
-    def __init__(self, walkers: Walkers):
+    def __init__(self, walkers: MarkovChain):
         n_used, (n_headings, n_cells) = len(walkers.used), walkers.place_shape
         self._walkers = walkers
         self._able = np.zeros((n_used + 1, n_cells), dtype=bool)

@@ -10,7 +10,7 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
 from bl_ext.user_default.wayfarer.addon.results.findings.capture import chosen_candidates
 from bl_ext.user_default.wayfarer.addon.ui.finding_lists import WAYFARER_UL_findings
-from bl_ext.user_default.wayfarer.core.evaluation.ablation import Kind, ablate_steps, without_steps
+from bl_ext.user_default.wayfarer.core.evaluation.ablation import ablate_steps, without_steps
 from bl_ext.user_default.wayfarer.core.evaluation.action_coverage import action_coverage
 from bl_ext.user_default.wayfarer.core.evaluation.capture.director import direct_capture_steps
 from bl_ext.user_default.wayfarer.core.evaluation.deletion import deletable_together_steps
@@ -19,6 +19,7 @@ from bl_ext.user_default.wayfarer.core.evaluation.link_utility import link_utili
 from bl_ext.user_default.wayfarer.core.evaluation.maneuverability import maneuverabilities_steps
 from bl_ext.user_default.wayfarer.core.evaluation.occupancy import occupancy_steps
 from bl_ext.user_default.wayfarer.core.evaluation.path_efficiency import path_efficiency_steps
+from bl_ext.user_default.wayfarer.core.evaluation.segment_groups import Grouping
 from bl_ext.user_default.wayfarer.core.evaluation.turn_balance import turn_balance
 from bl_ext.user_default.wayfarer.core.evaluation.weak_spots import Domain, WeakSpotSettings, weak_spots_steps
 from bl_ext.user_default.wayfarer.core.progress import finish
@@ -46,7 +47,7 @@ def test_metrics_are_the_cores(settings):
         f(here) for f in (environment_coverage, action_coverage, turn_balance, link_utility)
     )
     ways = finish(path_efficiency_steps(here, np.random.default_rng(3), 30, 6))
-    waits = finish(maneuverabilities_steps(here, Kind.CLIP))
+    waits = finish(maneuverabilities_steps(here, Grouping.CLIP))
     numbers = {name: value for name, value, _ in rows(findings.METRICS)}
     assert numbers["environment coverage by position"] == ground.position_share
     assert numbers["environment coverage by position and heading"] == ground.task_share
@@ -87,16 +88,16 @@ def test_weak_spots_are_the_cores_and_can_be_looked_at(settings):
     assert {**contents(), "cursor": None} == {**before, "cursor": None}
 
 
-@pytest.mark.parametrize("kind", [Kind.CLIP, Kind.SEGMENT])
+@pytest.mark.parametrize("kind", [Grouping.CLIP, Grouping.SEGMENT])
 def test_what_matters_is_the_cores(settings, kind):
     settings.evaluation.parts = kind.name
     run("ablate")
     ranked = finish(ablate_steps(embedding(), (kind,))).ranked(kind)
-    assert lines(findings.ABLATION) == [loss.part.name for loss in ranked]
+    assert lines(findings.ABLATION) == [loss.group.name for loss in ranked]
     assert [(row[2], row[5]) for row in rows(findings.ABLATION)] == [(loss.floor, loss.nodes) for loss in ranked]
     assert [row.note for row in kept(findings.ABLATION).rows] == [loss.verdict.name.title() for loss in ranked]
     # No clip of these carries a tag.
-    settings.evaluation.parts = Kind.TAG.name
+    settings.evaluation.parts = Grouping.TAG.name
     run("ablate")
     assert not rows(findings.ABLATION) and kept(findings.ABLATION).sentences == "There is no tag to take away."
 
@@ -105,7 +106,7 @@ def test_deletable_clips_are_the_cores_and_can_be_unticked(settings):
     settings.evaluation.allowed_loss = 1.0
     run("find_deletable")
     joint = finish(deletable_together_steps(embedding(), 0.01))
-    names = [part.name for part in joint.parts]
+    names = [part.name for part in joint.groups]
     assert len(names) > 1 and [row[1] for row in rows(findings.DELETION)] == names
     ticked = {clip.action.name for clip in settings.clips if clip.use}
     undone("untick_clips")
@@ -113,7 +114,7 @@ def test_deletable_clips_are_the_cores_and_can_be_unticked(settings):
     # Undo has replaced the scene.
     assert {clip.action.name for clip in bpy.context.scene.wayfarer.clips if clip.use} == ticked - set(names)
     # What is left is what was promised: the same segments are played, whatever else the threshold now allows.
-    gone = [i for part in joint.parts for i in part.segments]
+    gone = [i for part in joint.groups for i in part.segments]
     assert finish(without_steps(embedding(), gone)).n_nodes == joint.left.nodes
     assert operators.untick_clips() == {"CANCELLED"}
 

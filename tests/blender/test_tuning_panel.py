@@ -15,7 +15,7 @@ from bl_ext.user_default.wayfarer.core.tuning.budget import BudgetSettings, Limi
 from bl_ext.user_default.wayfarer.core.tuning.global_pruning import prune_global_steps
 from bl_ext.user_default.wayfarer.core.tuning.local_pruning import prune_local_steps
 from bl_ext.user_default.wayfarer.core.tuning.pruning_curve import pruning_curve_steps
-from bl_ext.user_default.wayfarer.core.tuning.skeleton import Places
+from bl_ext.user_default.wayfarer.core.tuning.spanning import Places
 
 from .findings import contents, embedding, found, is_stale, kept, operators, pixels, refused, rows, run, undone
 

@@ -14,16 +14,11 @@ from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError, EvaluationError
-from core.evaluation.ablation import (
-    Kind,
-    Verdict,
-    ablate_steps,
-    parts,
-    without_steps,
-)
+from core.evaluation.ablation import Verdict, ablate_steps, without_steps
 from core.evaluation.deletion import deletable_together_steps
-from core.evaluation.extent import Extent, Measure, extent, mean_time_to
 from core.evaluation.goals import goal_in_cells
+from core.evaluation.segment_groups import Grouping, segment_groups
+from core.evaluation.size import EmbeddingSize, Objective, embedding_size, mean_time_to
 from core.motion.graph import MotionGraph, MotionSegment
 from core.progress import finish
 from tests.bench import problems
@@ -49,7 +44,7 @@ def slow_extent(embedding, slow, gone):
     covered = mask.reshape(slow.shape).any(axis=3)
     free = np.count_nonzero(slow_floor(embedding.graph, embedding.environment, covered.any(axis=2)))
     n_cells = np.count_nonzero(covered.any(axis=2))
-    return Extent(
+    return EmbeddingSize(
         floor=n_cells * embedding.environment.grid.cell_size**2,
         share=n_cells / max(free, 1),
         places=np.count_nonzero(covered),
@@ -76,8 +71,10 @@ def test_every_loss_equals_that_of_the_explicit_links(seed, tiled):
     found = finish(ablate_steps(embedding))
     assert found.before == slow_extent(embedding, slow, ())
     for loss in found.losses:
-        assert loss.left == slow_extent(embedding, slow, loss.part.segments), loss.part
-    assert [loss.part for loss in found.losses] == [p for kind in Kind for p in parts(embedding.graph, kind)]
+        assert loss.left == slow_extent(embedding, slow, loss.group.segments), loss.group
+    assert [loss.group for loss in found.losses] == [
+        p for kind in Grouping for p in segment_groups(embedding.graph, kind)
+    ]
 
 
 @given(st.integers(0, 10**6), st.booleans())
@@ -100,15 +97,15 @@ def test_the_recorded_clips_are_ablated_exactly(data_folder):
     found = finish(ablate_steps(embedding))
     assert len(found.losses) > 60
     for loss in found.losses:
-        assert loss.left == extent(finish(without_steps(embedding, loss.part.segments)))
-    clips = found.ranked(Kind.CLIP)
+        assert loss.left == embedding_size(finish(without_steps(embedding, loss.group.segments)))
+    clips = found.ranked(Grouping.CLIP)
     assert [loss.floor for loss in clips] == sorted((loss.floor for loss in clips), reverse=True)
     for loss in found.losses:
         assert (loss.verdict is Verdict.REDUNDANT) == (loss.left.places == loss.before.places)
     columns, rows = found.table()
     assert len(rows) == len(found.losses) and all(len(row) == len(columns) for row in rows)
     for loss, sentence in zip(clips, found.describe()[1:], strict=True):
-        assert loss.part.name in sentence and loss.verdict.name.lower() in sentence
+        assert loss.group.name in sentence and loss.verdict.name.lower() in sentence
 
 
 def corner_room():
@@ -132,26 +129,26 @@ def test_what_everything_needs_is_essential():
     assert walk.left.floor == pytest.approx(0.2**2) and walk.left.nodes == 4 and turn.left.nodes == 0
     assert "97.2%" in walk.describe()
     assert turn.describe() == "Segment 'turn' is essential: without it no endless walk is left."
-    assert finish(deletable_together_steps(corner_room(), 0.9)).parts == ()
+    assert finish(deletable_together_steps(corner_room(), 0.9)).groups == ()
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.1, 0.5, 1.0]))
 def test_what_is_deleted_together_costs_no_more_than_allowed(seed, allowed):
     embedding = random_embedding(seed, False)
-    found = finish(deletable_together_steps(embedding, allowed, Kind.SEGMENT))
+    found = finish(deletable_together_steps(embedding, allowed, Grouping.SEGMENT))
     gone = set()
-    for part, left in zip(found.parts, found.left_after, strict=True):
+    for part, left in zip(found.groups, found.left_after, strict=True):
         gone.update(part.segments)
-        assert left == extent(finish(without_steps(embedding, gone)))
+        assert left == embedding_size(finish(without_steps(embedding, gone)))
     assert found.left == (found.left_after[-1] if found.left_after else found.before)
     least_floor = found.before.floor * (1 - allowed) - 1e-9
     least_places = found.before.places * (1 - min(5 * allowed, 1)) - 1e-9
     assert found.left.floor >= least_floor and found.left.places >= least_places
     if not embedding.n_nodes:
         return
-    for part in parts(embedding.graph, Kind.SEGMENT):
+    for part in segment_groups(embedding.graph, Grouping.SEGMENT):
         if not gone.issuperset(part.segments):
-            more = extent(finish(without_steps(embedding, gone.union(part.segments))))
+            more = embedding_size(finish(without_steps(embedding, gone.union(part.segments))))
             assert more.nodes == 0 or more.floor < least_floor or more.places < least_places
 
 
@@ -159,32 +156,32 @@ def test_joint_deletion_is_not_the_sum_of_single_ones(data_folder):
     """On the recorded clips, all that are deletable one by one cannot go together with nothing lost."""
     embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
     found = finish(deletable_together_steps(embedding, 0.02))
-    assert 0 < len(found.parts) < len(parts(embedding.graph, Kind.CLIP))
+    assert 0 < len(found.groups) < len(segment_groups(embedding.graph, Grouping.CLIP))
     assert 0 <= found.share <= 0.02 and 0 <= found.places_share <= 0.1
-    losses = finish(ablate_steps(embedding, [Kind.CLIP])).losses
-    singly = {loss.part for loss in losses if loss.share <= 0.02}
-    together = extent(finish(without_steps(embedding, {i for part in singly for i in part.segments})))
+    losses = finish(ablate_steps(embedding, [Grouping.CLIP])).losses
+    singly = {loss.group for loss in losses if loss.share <= 0.02}
+    together = embedding_size(finish(without_steps(embedding, {i for part in singly for i in part.segments})))
     assert together.floor < 0.98 * found.before.floor
     said = found.describe()[0]
-    assert found.parts[0].name in said
+    assert found.groups[0].name in said
     assert "up to 2.0% of the covered floor and 10.0% of its positions and headings may be lost" in said
 
 
 def test_what_matters_and_what_can_go_agree(data_folder):
     """Allowed to lose as much as makes a clip important, nobody is told to delete an important one."""
     embedding = embed(problems.graph(0.12), problems.room(4.0, 4.0))
-    verdicts = {loss.part: loss.verdict for loss in finish(ablate_steps(embedding, [Kind.CLIP])).losses}
+    verdicts = {loss.group: loss.verdict for loss in finish(ablate_steps(embedding, [Grouping.CLIP])).losses}
     grave = {Verdict.ESSENTIAL, Verdict.IMPORTANT}
     for allowed in (0.0, 0.005, 0.00999):
-        assert not grave & {verdicts[part] for part in finish(deletable_together_steps(embedding, allowed)).parts}
-    assert {verdicts[part] for part in finish(deletable_together_steps(embedding, 0.0)).parts} <= {Verdict.REDUNDANT}
+        assert not grave & {verdicts[part] for part in finish(deletable_together_steps(embedding, allowed)).groups}
+    assert {verdicts[part] for part in finish(deletable_together_steps(embedding, 0.0)).groups} <= {Verdict.REDUNDANT}
     assert grave & set(verdicts.values())
 
 
 def test_a_measure_is_taken_of_everything_that_is_left(data_folder):
     embedding = embed(problems.graph(0.12), problems.room(3.0, 3.0))
-    found = finish(ablate_steps(embedding, [Kind.CLIP], Measure("number of nodes", "nodes", lambda e: e.n_nodes)))
-    assert all(loss.measure == -loss.nodes for loss in found.losses)
+    found = finish(ablate_steps(embedding, [Grouping.CLIP], Objective("number of nodes", "nodes", lambda e: e.n_nodes)))
+    assert all(loss.objective == -loss.nodes for loss in found.losses)
     assert "number of nodes, rise (nodes)" in found.table()[0]
 
 
@@ -193,14 +190,14 @@ def test_the_mean_time_to_a_place_rises_when_motions_go():
     door = np.zeros((6, 6), dtype=bool)
     door[0, 0] = True
     at_door = goal_in_cells(embedding, door)
-    found = finish(ablate_steps(embedding, [Kind.SEGMENT], mean_time_to(at_door, "the door")))
-    assert 0 < found.before.measure < np.inf
-    assert [loss.measure for loss in found.losses] == [
-        -found.before.measure if loss.left.measure == 0 else np.inf for loss in found.losses
+    found = finish(ablate_steps(embedding, [Grouping.SEGMENT], mean_time_to(at_door, "the door")))
+    assert 0 < found.before.objective < np.inf
+    assert [loss.objective for loss in found.losses] == [
+        -found.before.objective if loss.left.objective == 0 else np.inf for loss in found.losses
     ]
     assert "mean time to reach the door, rise (s)" in found.table()[0]
-    nowhere = finish(ablate_steps(embedding, [Kind.SEGMENT], mean_time_to([0] * len(at_door), "nothing")))
-    assert [loss.measure for loss in nowhere.losses] == [0.0, 0.0]
+    nowhere = finish(ablate_steps(embedding, [Grouping.SEGMENT], mean_time_to([0] * len(at_door), "nothing")))
+    assert [loss.objective for loss in nowhere.losses] == [0.0, 0.0]
 
 
 def test_progress_rises_and_a_wrong_share_is_refused():
@@ -214,4 +211,4 @@ def test_progress_rises_and_a_wrong_share_is_refused():
 def test_a_goal_of_another_network_is_refused():
     embedding = embed(*random_problem(3, False))
     with pytest.raises(EvaluationError, match="the door cannot be compared"):
-        extent(embedding, mean_time_to([0] * (len(embedding.nodes) + 1), "the door"))
+        embedding_size(embedding, mean_time_to([0] * (len(embedding.nodes) + 1), "the door"))

@@ -12,10 +12,10 @@ from core.environment.grid import Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.evaluation.action_coverage import action_coverage
 from core.evaluation.environment_coverage import environment_coverage
-from core.evaluation.extent import extent
 from core.evaluation.floor import floor_cells
 from core.evaluation.metrics import metrics_steps
 from core.evaluation.reach import round_times
+from core.evaluation.size import embedding_size
 from core.evaluation.variability import coverage_share
 from core.evaluation.weak_spots import WeakSpotSettings, weak_spots_steps
 from core.evaluation.why_not import Reason, why_not_steps
@@ -39,8 +39,8 @@ def test_all_speak_of_the_same_floor(seed, tiled):
     assert np.array_equal(covered, (reasons == Reason.EMBEDDED).any(axis=2))
     ground, spots = environment_coverage(embedding), finish(weak_spots_steps(embedding, WeakSpotSettings(min_area=0)))
     assert ground.covered_area + spots.area == pytest.approx(ground.free_area)
-    assert ground.position_share == coverage_share(embedding) == extent(embedding).share <= 1
-    assert extent(embedding).floor == pytest.approx(ground.covered_area)
+    assert ground.position_share == coverage_share(embedding) == embedding_size(embedding).share <= 1
+    assert embedding_size(embedding).floor == pytest.approx(ground.covered_area)
     assert not any(spot.reason in apart for spot in spots.spots)
     curve = finish(pruning_curve_steps(embedding))
     if len(curve.k):

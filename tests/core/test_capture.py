@@ -22,8 +22,8 @@ from core.evaluation.capture.candidate import (
     template_segment,
 )
 from core.evaluation.capture.director import direct_capture_steps
-from core.evaluation.capture.trial import chosen_segments, stage_steps
-from core.evaluation.extent import Measure, extent
+from core.evaluation.capture.trial import chosen_segments, trials_steps
+from core.evaluation.size import Objective, embedding_size
 from core.motion.graph import MotionGraph, MotionSegment
 from core.progress import finish
 from tests.bench import problems
@@ -50,17 +50,17 @@ def random_candidates(graph, cell, rng, n):
 
 def assert_trials_equal_embedding(embedding, tried):
     """Every trial is the embedding of the larger graph, node for node; returns how often the old one did not grow."""
-    stage = finish(stage_steps(embedding, tried))
+    trials = finish(trials_steps(embedding, tried))
     gains = {gain.candidate.words: gain for gain in finish(direct_capture_steps(embedding, tried)).gains}
     replaced = 0
     for index, candidate in enumerate(tried):
         whole = embed(augmented(embedding.graph, candidate), embedding.environment, embedding.settings)
-        grown = finish(stage.try_steps(candidate, index))
+        grown = finish(trials.try_steps(candidate, index))
         assert np.array_equal(grown.node_mask(), whole.node_mask()), candidate
         assert grown.n_links == whole.n_links
         gain = gains[candidate.words]
         old, new = embedding.covered(), whole.covered()
-        assert gain.after == extent(whole)
+        assert gain.after == embedding_size(whole)
         assert np.array_equal(gain.opened, new.any(axis=2) & ~old.any(axis=2))
         assert gain.floor == np.count_nonzero(gain.opened) * embedding.environment.grid.cell_size**2
         assert gain.places == np.count_nonzero(new & ~old)
@@ -142,7 +142,7 @@ def hall():
 def test_what_is_missing_is_found_and_said():
     embedding = hall()
     # Up and down one of the two arms; the other begins at their crossing.
-    assert extent(embedding).floor == pytest.approx(10 * 0.04)
+    assert embedding_size(embedding).floor == pytest.approx(10 * 0.04)
     found = finish(direct_capture_steps(embedding))
     best = found.gains[0]
     assert best.floor == pytest.approx(9 * 0.04)
@@ -157,11 +157,11 @@ def test_what_is_missing_is_found_and_said():
 
 def test_a_measure_ranks_what_opens_as_much():
     embedding = hall()
-    nodes = Measure("number of nodes below a million", "", lambda e: 1e6 - e.n_nodes)
+    nodes = Objective("number of nodes below a million", "", lambda e: 1e6 - e.n_nodes)
     tried = candidates(embedding, retimed=True)
     found = finish(direct_capture_steps(embedding, tried, nodes))
-    assert all(gain.measure == gain.after.nodes - gain.before.nodes for gain in found.gains)
-    keys = [(-gain.floor, -gain.places, -gain.measure) for gain in found.gains]
+    assert all(gain.objective == gain.after.nodes - gain.before.nodes for gain in found.gains)
+    keys = [(-gain.floor, -gain.places, -gain.objective) for gain in found.gains]
     assert keys == sorted(keys)
     assert "shorten the number of nodes below a million from" in found.describe()[0]
 
@@ -176,7 +176,7 @@ def test_required_tags_are_tried_and_open_what_requires_them():
     fence = RegionMask("fence", RegionRule.REQUIRE, "step", mask)
     blocked = np.kron(corridor, np.ones((SUBDIVISION,) * 2)).astype(bool)
     fenced = embed(graph, Environment(grid, blocked, (fence,)))
-    assert extent(fenced).floor == pytest.approx(6 * 0.04)
+    assert embedding_size(fenced).floor == pytest.approx(6 * 0.04)
     found = finish(direct_capture_steps(fenced))
     assert found.gains[0].floor > 0
     tagged = {gain.candidate.words: gain for gain in found.gains if "with the tag 'step'" in gain.candidate.words}

@@ -13,16 +13,8 @@ from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import EvaluationError
-from core.evaluation.goals import (
-    facing,
-    goal_at,
-    goal_in_cells,
-    goal_in_region,
-    goal_to_begin,
-    goal_with_tag,
-    segments_of_clip,
-    segments_with_tag,
-)
+from core.evaluation.goals import facing, goal_at, goal_in_cells, goal_in_region, goal_to_begin, goal_with_tag
+from core.evaluation.segment_groups import segments_of_clip, segments_with_tag
 
 from .motion_graphs import sample_graph
 from .reference import random_problem

@@ -15,7 +15,6 @@ from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EvaluationError
-from core.evaluation.ablation import Kind, parts
 from core.evaluation.action_coverage import action_coverage
 from core.evaluation.detours import detours_steps, mean_speed
 from core.evaluation.environment_coverage import environment_coverage
@@ -26,6 +25,7 @@ from core.evaluation.maneuverability import maneuverabilities_steps
 from core.evaluation.path_efficiency import PathEfficiency, path_efficiency_steps
 from core.evaluation.quickest_way import WalkedLengths
 from core.evaluation.reach import time_to_reach_steps
+from core.evaluation.segment_groups import Grouping, segment_groups
 from core.evaluation.turn_balance import turn_balance
 from core.progress import finish
 
@@ -94,12 +94,12 @@ def test_environment_coverage(seed, tiled):
 
 
 @settings(max_examples=60)
-@given(SEEDS, st.booleans(), st.sampled_from(Kind))
+@given(SEEDS, st.booleans(), st.sampled_from(Grouping))
 def test_action_coverage(seed, tiled, kind):
     embedding = random_embedding(seed, tiled)
     found, links, shape = action_coverage(embedding, kind), all_links(embedding), embedding.shape
     free = slow_floor(embedding.graph, embedding.environment, embedding.covered().any(axis=2))
-    assert list(found.actions) == parts(embedding.graph, kind)
+    assert list(found.actions) == segment_groups(embedding.graph, kind)
     for index, action in enumerate(found.actions):
         begins = np.zeros(shape[:2], dtype=bool)
         for start, end, _ in links.tolist():
@@ -149,26 +149,26 @@ def test_link_utility(seed, tiled):
     for index, (a, b) in enumerate(embedding.graph.links.tolist()):
         plays = (before == a) & (after == b)
         assert found.link_uses[index] == np.count_nonzero(plays)
-        assert found.link_hanging[index] == hanging(links, nodes, ~plays)
+        assert found.link_dependents[index] == hanging(links, nodes, ~plays)
     for segment in range(n_segments):
         assert found.segment_uses[segment] == np.count_nonzero(after == segment)
         own = nodes[nodes % n_segments == segment]
         # Without its nodes the links to them and from them are gone.
         kept = (before != segment) & (after != segment)
-        assert found.segment_hanging[segment] == hanging(links, nodes, kept, own)
+        assert found.segment_dependents[segment] == hanging(links, nodes, kept, own)
     assert np.array_equal(found.idle_links, np.flatnonzero(found.link_uses == 0))
     assert found.describe()
 
 
 @settings(max_examples=40)
-@given(SEEDS, st.booleans(), st.sampled_from(Kind))
+@given(SEEDS, st.booleans(), st.sampled_from(Grouping))
 def test_maneuverability(seed, tiled, kind):
     embedding = random_embedding(seed, tiled, 5)
     nodes, links = embedding.to_csr()
     if len(nodes) == 0:
         return
     found = finish(maneuverabilities_steps(embedding, kind))
-    assert [m.action for m in found] == parts(embedding.graph, kind)
+    assert [m.action for m in found] == segment_groups(embedding.graph, kind)
     start, end = links.nonzero()
     cell = nodes[:, 0] * embedding.shape[1] + nodes[:, 1]
     for one in found:
@@ -313,7 +313,7 @@ def test_what_cannot_be_measured_is_said():
     nothing = restrict(embedding, [0] * len(embedding.nodes))
     rng = np.random.default_rng(0)
     with pytest.raises(EvaluationError, match="empty"):
-        finish(maneuverabilities_steps(nothing, Kind.CLIP))
+        finish(maneuverabilities_steps(nothing, Grouping.CLIP))
     with pytest.raises(EvaluationError, match="No two places"):
         finish(path_efficiency_steps(nothing, rng))
     with pytest.raises(EvaluationError, match="ask for one or more"):

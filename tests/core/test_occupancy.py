@@ -13,7 +13,7 @@ from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.errors import EmbeddingError
-from core.evaluation import walkers
+from core.evaluation import markov_chain
 from core.evaluation.occupancy import free_ground, occupancy_steps
 from core.motion.graph import MotionGraph, MotionSegment
 from core.playback.walk import WalkSettings, random_walk_steps
@@ -213,7 +213,7 @@ def test_one_long_random_walk_agrees(data_folder):
 def test_large_grounds_lay_out_places_anew(monkeypatch):
     embedding = embed(*random_problem(*PROBLEMS[0]), SETTINGS)
     kept = finish(occupancy_steps(embedding, 1e-7))
-    monkeypatch.setattr(walkers, "KEPT_BYTES", 0)
+    monkeypatch.setattr(markov_chain, "KEPT_BYTES", 0)
     assert np.array_equal(finish(occupancy_steps(embedding, 1e-7)).floor, kept.floor)
 
 

@@ -14,7 +14,7 @@ from core.embedding.link_reader import LinkReader
 from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
-from core.evaluation.goals import segments_of_clip, segments_with_tag
+from core.evaluation.segment_groups import segments_of_clip, segments_with_tag
 from core.playback.performance import continued, perform_steps
 from core.playback.walk import Walk, WalkSettings, random_node, random_walk_steps
 from core.progress import finish

@@ -16,7 +16,7 @@ from core.environment.environment import Environment, EnvironmentSettings, build
 from core.environment.grid import Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import TuningError
-from core.evaluation.extent import Measure
+from core.evaluation.size import Objective
 from core.evaluation.variability import coverage, coverage_share, integrated_variability_steps, segment_variability
 from core.progress import finish
 from core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps, table_bytes
@@ -26,7 +26,7 @@ from core.tuning.global_pruning import prune_global_steps
 from core.tuning.local_pruning import prune_local_steps
 from core.tuning.pruning_curve import pruning_curve_steps
 from core.tuning.ranking import best_nodes_steps, ranked_below, ranks_steps
-from core.tuning.skeleton import Places, covered_places, plan_skeleton_steps, skeleton_steps
+from core.tuning.spanning import Places, covered_places, plan_spanning_steps, spanning_steps
 
 from .geometry import box_triangles
 from .motion_graphs import recorded_graph, sample_graph
@@ -250,11 +250,11 @@ def test_skeletons_are_strongly_connected_and_cover_what_is_wanted(seed, tiled, 
     embedding = random_embedding(seed, tiled)
     embedding = embedding if bundled else unbundled(embedding)
     assume(embedding.n_nodes)
-    plan = finish(plan_skeleton_steps(embedding, places))
+    plan = finish(plan_spanning_steps(embedding, places))
     covered = covered_places(embedding, places)
     assert np.array_equal(plan.depth >= 0, covered)
     for wanted in (covered, covered & (np.random.default_rng(seed).random(covered.shape) < 0.4)):
-        nodes = mask_of(embedding, finish(skeleton_steps(plan, wanted)))
+        nodes = mask_of(embedding, finish(spanning_steps(plan, wanted)))
         assert not np.any(nodes & ~embedding.node_mask())
         there = nodes.any(axis=3)
         there = there.any(axis=2, keepdims=True) if places is Places.CELLS else there
@@ -423,17 +423,17 @@ def small(sample):
     return finish(prune_local_steps(sample, 3))
 
 
-TIME = Measure("mean time to the corner", "s", seconds_to_corner)
+TIME = Objective("mean time to the corner", "s", seconds_to_corner)
 
 
 def test_a_measure_is_kept_even_where_the_budget_is_not(small):
     before = seconds_to_corner(small)
-    loose = BudgetSettings(budget=small.n_links // 2, measure=TIME, measure_growth=1.5)
+    loose = BudgetSettings(budget=small.n_links // 2, objective=TIME, objective_growth=1.5)
     found = finish(prune_to_budget_steps(small, loose))
-    assert found.met and found.measure_before == before
-    assert found.measure == seconds_to_corner(found.embedding) <= 1.5 * before
+    assert found.met and found.objective_before == before
+    assert found.objective == seconds_to_corner(found.embedding) <= 1.5 * before
     assert "with a mean time to the corner of" in found.describe() and " s instead of " in found.describe()
-    tight = replace(loose, budget=small.n_links // 20, measure_growth=1.02)
+    tight = replace(loose, budget=small.n_links // 20, objective_growth=1.02)
     found = finish(prune_to_budget_steps(small, tight))
     assert not found.met and found.cost < small.n_links
     assert seconds_to_corner(found.embedding) <= 1.02 * before
@@ -441,8 +441,8 @@ def test_a_measure_is_kept_even_where_the_budget_is_not(small):
 
 
 def test_a_measure_that_is_not_a_number_keeps_everything(small):
-    nothing = Measure("nothing", "", lambda embedding: 1.0 if embedding is small else float("nan"))
-    found = finish(prune_to_budget_steps(small, BudgetSettings(budget=small.n_links // 2, measure=nothing)))
+    nothing = Objective("nothing", "", lambda embedding: 1.0 if embedding is small else float("nan"))
+    found = finish(prune_to_budget_steps(small, BudgetSettings(budget=small.n_links // 2, objective=nothing)))
     assert found.embedding is small and not found.met
 
 
@@ -462,7 +462,7 @@ def test_empty_embeddings_stay_empty():
 
 @pytest.mark.parametrize(
     ("bad", "message"),
-    [({"budget": -1}, "no budget"), ({"coverage_loss": 1.2}, "from 0 to 1"), ({"measure_growth": 0.9}, "1 or more")],
+    [({"budget": -1}, "no budget"), ({"coverage_loss": 1.2}, "from 0 to 1"), ({"objective_growth": 0.9}, "1 or more")],
 )
 def test_bad_budgets(bad, message):
     with pytest.raises(TuningError, match=message):

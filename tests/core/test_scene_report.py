@@ -14,11 +14,12 @@ from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import EvaluationError
-from core.evaluation.ablation import Kind, ablate_steps
+from core.evaluation.ablation import ablate_steps
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.floor import ruled_cells
 from core.evaluation.goals import goal_at
 from core.evaluation.reach import PAPER_TIMES, round_times, time_to_reach_steps
+from core.evaluation.segment_groups import Grouping
 from core.evaluation.turn_balance import turn_balance
 from core.maps.colors import BLOCKED, OBSTACLE, RULED, STEP, UNREACHED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
@@ -75,8 +76,8 @@ def test_numbers_are_those_of_the_evaluations(walked, report):
     field = finish(time_to_reach_steps(walked, goal_at(walked, (4.0, 1.0), 0.5)))
     times = round_times(field.floor())
     assert numbers["times"]["areas_m2"] == dict(zip(map(str, times), field.areas(times), strict=True))
-    losses = finish(ablate_steps(walked, [Kind.CLIP])).ranked(Kind.CLIP)
-    assert [row["name"] for row in numbers["importance"]["ablation_clips"]] == [loss.part.name for loss in losses]
+    losses = finish(ablate_steps(walked, [Grouping.CLIP])).ranked(Grouping.CLIP)
+    assert [row["name"] for row in numbers["importance"]["ablation_clips"]] == [loss.group.name for loss in losses]
     curve = finish(pruning_curve_steps(walked))
     assert [row["nodes"] for row in numbers["pruning"]["pruning"]] == curve.n_nodes.tolist()
 

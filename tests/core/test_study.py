@@ -27,10 +27,11 @@ from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.regions import RegionRule
 from core.errors import StudyError
-from core.evaluation.ablation import Kind, Verdict, parts
+from core.evaluation.ablation import Verdict
 from core.evaluation.capture.director import direct_capture_steps
 from core.evaluation.floor import floor_cells
 from core.evaluation.path_efficiency import path_efficiency_steps
+from core.evaluation.segment_groups import Grouping, segment_groups
 from core.evaluation.variability import coverage_share, floor_variability
 from core.evaluation.why_not import Reason, why_not_steps
 from core.expanse.work import Serial
@@ -131,7 +132,7 @@ def test_every_quantity_has_a_number():
     by_verdict = [
         measured(checked_measure({"measure": "judged_actions", "verdict": v.name.lower()}), ground) for v in Verdict
     ]
-    assert sum(by_verdict) == len(parts(embedding.graph, Kind.CLIP))
+    assert sum(by_verdict) == len(segment_groups(embedding.graph, Grouping.CLIP))
     assert found["full_area"] <= found["covered_area"] <= found["free_area"] == pytest.approx(16.0)
 
 
@@ -179,7 +180,13 @@ NUMBERS = {
         "task_share": "heading_coverage",
         "full_area": "full_area",
     },
-    "Extent": {"floor": "covered_area", "share": "coverage", "places": "places", "nodes": "nodes", "links": "links"},
+    "EmbeddingSize": {
+        "floor": "covered_area",
+        "share": "coverage",
+        "places": "places",
+        "nodes": "nodes",
+        "links": "links",
+    },
     "JointDeletion": {"share": "spare_loss", "places_share": "spare_places_loss"},
     "LinkUtility": {"n_nodes": "nodes", "n_links": "links"},
     "LostLinks": {
@@ -230,8 +237,17 @@ OF_THEIR_OWN = {
     ("ReachField", "frame_rate"): "a setting",
 }
 #: Parts of results (one spot, one column), what was asked for, and tools of the evaluation itself.
-NO_RESULTS = {"WeakSpot", "WeakSpotSettings", "Candidate", "CandidateFamily", "Part", "Measure", "PlaceReport", "Query"}
-NO_RESULTS |= {"Stage", "Columns", "Flow", "Front"}
+NO_RESULTS = {
+    "WeakSpot",
+    "WeakSpotSettings",
+    "Candidate",
+    "CandidateFamily",
+    "SegmentGroup",
+    "Objective",
+    "PlaceReport",
+    "Query",
+}
+NO_RESULTS |= {"Trials", "BitCounter", "StationaryFlow", "Front"}
 
 
 def test_every_number_of_the_evaluation_can_be_measured():

@@ -12,7 +12,7 @@ from core.embedding.footprint import FootprintSettings
 from core.embedding.network import StepNetwork
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import Grid
-from core.evaluation.tally import Columns, constant, less, masked, minus, product, sum_of_products
+from core.evaluation.bit_counter import BitCounter, constant, less, masked, minus, product, sum_of_products
 from core.evaluation.variability import (
     coverage,
     coverage_share,
@@ -140,9 +140,9 @@ def tally_of(numbers):
 def test_tallies_calculate_cell_by_cell(a, b, plane):
     ta, tb = tally_of(a), tally_of(b)
     pairs = list(zip(a, b, strict=True))
-    columns = Columns()
-    columns.add_tally(ta)
-    columns.add_tally(tb)
+    columns = BitCounter()
+    columns.add_counts(ta)
+    columns.add_counts(tb)
     columns.add(plane)
     total = [x + y + (plane >> cell & 1) for cell, (x, y) in enumerate(pairs)]
     assert numbers_of(columns.total()) == total

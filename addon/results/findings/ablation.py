@@ -4,8 +4,9 @@ from collections.abc import Generator
 
 from ....core import wording
 from ....core.embedding.embedding import Embedding
-from ....core.evaluation.ablation import Kind, Loss, Verdict, ablate_steps
+from ....core.evaluation.ablation import Loss, Verdict, ablate_steps
 from ....core.evaluation.deletion import allowed_places, deletable_together_steps
+from ....core.evaluation.segment_groups import Grouping
 from ....core.progress import Progress
 from ....core.report.table import table
 from ...bridge.text import counted
@@ -20,7 +21,7 @@ _ICONS = {
 }
 
 
-def ablation_finding_steps(embedding: Embedding, kind: Kind) -> Generator[Progress, None, Finding]:
+def ablation_finding_steps(embedding: Embedding, kind: Grouping) -> Generator[Progress, None, Finding]:
     """What is lost without each part of one kind, the greatest loss first."""
     found = yield from ablate_steps(embedding, (kind,))
     columns, rows = found.table(kind)
@@ -38,16 +39,16 @@ def ablation_finding_steps(embedding: Embedding, kind: Kind) -> Generator[Progre
 
 def _row(loss: Loss) -> Row:
     return Row(
-        loss.part.name, wording.area(loss.floor), loss.verdict.name.title(), loss.describe(), _ICONS[loss.verdict]
+        loss.group.name, wording.area(loss.floor), loss.verdict.name.title(), loss.describe(), _ICONS[loss.verdict]
     )
 
 
 def deletion_finding_steps(embedding: Embedding, allowed: float) -> Generator[Progress, None, Finding]:
     """The clips that can all be deleted while the covered floor shrinks by at most the share ``allowed``, and its
     positions and headings by at most :func:`allowed_places`."""
-    found = yield from deletable_together_steps(embedding, allowed, Kind.CLIP)
+    found = yield from deletable_together_steps(embedding, allowed, Grouping.CLIP)
     whole, rows, lines = found.before.floor, [], []
-    for number, (part, left) in enumerate(zip(found.parts, found.left_after, strict=True), start=1):
+    for number, (part, left) in enumerate(zip(found.groups, found.left_after, strict=True), start=1):
         lost = whole - left.floor
         rows.append((number, part.name, lost, lost / whole if whole else 0.0, left.nodes, left.links))
         lines.append(Row(part.name, wording.area(lost), icon="ACTION"))
@@ -57,7 +58,7 @@ def deletion_finding_steps(embedding: Embedding, allowed: float) -> Generator[Pr
         embedding,
         table(columns, rows),
         numbers=(
-            ("Deletable", counted(len(found.parts), "clip")),
+            ("Deletable", counted(len(found.groups), "clip")),
             ("Floor Lost", f"{wording.area(whole - found.left.floor)} ({wording.share(found.share)})"),
             ("Places Lost", wording.share(found.places_share)),
             ("Allowed", f"{wording.share(allowed)}, {wording.share(allowed_places(allowed))}"),

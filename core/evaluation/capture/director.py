@@ -8,9 +8,9 @@ import numpy as np
 from ... import wording
 from ...embedding.embedding import Embedding
 from ...progress import Progress, portion
-from ..extent import Extent, Measure, extent
+from ..size import EmbeddingSize, Objective, embedding_size
 from .candidate import Candidate, candidates
-from .trial import stage_steps
+from .trial import trials_steps
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Gain:
     Attributes
     ----------
     candidate : Candidate
-    before, after : Extent
+    before, after : EmbeddingSize
         Of the embedding without and with it.
     opened : (nx, ny) bool array
         Cells that would be covered and are not.
@@ -33,22 +33,22 @@ class Gain:
     """
 
     candidate: Candidate
-    before: Extent
-    after: Extent
+    before: EmbeddingSize
+    after: EmbeddingSize
     opened: np.ndarray
     floor: float
     places: int
     grows: bool
 
     @property
-    def measure(self) -> float | None:
-        """By how much the measure falls; None if none was asked for."""
-        if self.before.measure is None or self.after.measure is None:
+    def objective(self) -> float | None:
+        """By how much the objective falls; None if none was asked for."""
+        if self.before.objective is None or self.after.objective is None:
             return None
         # An endless time that becomes finite is worth more than anything else; two endless ones are the same.
-        return 0.0 if self.before.measure == self.after.measure else self.before.measure - self.after.measure
+        return 0.0 if self.before.objective == self.after.objective else self.before.objective - self.after.objective
 
-    def describe(self, measure: Measure | None = None) -> str:
+    def describe(self, objective: Objective | None = None) -> str:
         """ "A 60 degree left turn over 0.9 m would open 11.2 m²."."""
         words = self.candidate.words
         subject = words[0].upper() + words[1:]
@@ -58,10 +58,10 @@ class Gain:
         elif self.places > 0:
             places = wording.counted(self.places, "position and heading", "positions and headings")
             said.append(f"open {places}, but no new floor")
-        before, after = self.before.measure, self.after.measure
-        if measure is not None and before is not None and after is not None and before > after:
+        before, after = self.before.objective, self.after.objective
+        if objective is not None and before is not None and after is not None and before > after:
             said.append(
-                f"shorten the {measure.name} from {wording.short(before)} to {wording.short(after)} {measure.unit}"
+                f"shorten the {objective.name} from {wording.short(before)} to {wording.short(after)} {objective.unit}"
             )
         if not said:
             return f"{subject} would open nothing."
@@ -74,15 +74,15 @@ class CaptureAdvice:
 
     Attributes
     ----------
-    before : Extent
+    before : EmbeddingSize
     gains : tuple of Gain
-        Ranked: by floor opened, then positions + headings, then how much the measure falls.
-    measure : Measure or None
+        Ranked: by floor opened, then positions + headings, then how much the objective falls.
+    objective : Objective or None
     """
 
-    before: Extent
+    before: EmbeddingSize
     gains: tuple[Gain, ...]
-    measure: Measure | None = None
+    objective: Objective | None = None
 
     def table(self) -> tuple[list[str], list[list]]:
         """The ranked gains as the names of columns and rows of text and numbers."""
@@ -95,9 +95,9 @@ class CaptureAdvice:
             move = [float(steps.sum()), float(np.degrees(segment.path[-1, 2])), segment.duration]
             growth = [gain.floor, gain.places, after.nodes - before.nodes, after.links - before.links]
             row = [gain.candidate.words, *move, *growth]
-            rows.append([*row, *([] if self.measure is None else [gain.measure])])
-        if self.measure is not None:
-            columns.append(f"{self.measure.name}, fall ({self.measure.unit})")
+            rows.append([*row, *([] if self.objective is None else [gain.objective])])
+        if self.objective is not None:
+            columns.append(f"{self.objective.name}, fall ({self.objective.unit})")
         return columns, rows
 
     def describe(self, n: int = 5) -> list[str]:
@@ -105,18 +105,18 @@ class CaptureAdvice:
         useful = [
             gain
             for gain in self.gains
-            if gain.floor > 0 or gain.places > 0 or (gain.measure is not None and gain.measure > 0)
+            if gain.floor > 0 or gain.places > 0 or (gain.objective is not None and gain.objective > 0)
         ]
         if not useful:
             return [
                 f"None of {wording.counted(len(self.gains), 'motion')} would open anything: what is not reached lacks "
                 "something other than these."
             ]
-        return [gain.describe(self.measure) for gain in useful[:n]]
+        return [gain.describe(self.objective) for gain in useful[:n]]
 
 
 def direct_capture_steps(
-    embedding: Embedding, tried: Sequence[Candidate] | None = None, measure: Measure | None = None
+    embedding: Embedding, tried: Sequence[Candidate] | None = None, objective: Objective | None = None
 ) -> Generator[Progress, None, CaptureAdvice]:
     """Which motion, if it were captured, would open most of the ground that is not reached?
 
@@ -127,8 +127,8 @@ def direct_capture_steps(
     Parameters
     ----------
     tried : sequence of Candidate, optional
-        :func:`candidates` of the embedding by default, retimed ones among them if there is a measure.
-    measure : Measure, optional
+        :func:`candidates` of the embedding by default, retimed ones among them if there is an objective.
+    objective : Objective, optional
         Ranks what opens as much.
 
     Raises
@@ -137,13 +137,13 @@ def direct_capture_steps(
         The embedding was pruned.
     """
     if tried is None:
-        tried = candidates(embedding, retimed=measure is not None)
-    stage = yield from portion(stage_steps(embedding, tried), 0.0, 0.05)
-    before, covered = extent(embedding, measure), embedding.covered()
+        tried = candidates(embedding, retimed=objective is not None)
+    trials = yield from portion(trials_steps(embedding, tried), 0.0, 0.05)
+    before, covered = embedding_size(embedding, objective), embedding.covered()
     gains = []
     for index, candidate in enumerate(tried):
         yield Progress(0.05 + 0.95 * index / len(tried), f"Trying {candidate.words}")
-        steps = stage.try_steps(candidate, index)
+        steps = trials.try_steps(candidate, index)
         grown = yield from portion(steps, 0.05 + 0.95 * index / len(tried), 0.05 + 0.95 * (index + 1) / len(tried))
         new = grown.covered()
         opened = new.any(axis=2) & ~covered.any(axis=2)
@@ -151,12 +151,12 @@ def direct_capture_steps(
             Gain(
                 candidate=candidate,
                 before=before,
-                after=extent(grown, measure),
+                after=embedding_size(grown, objective),
                 opened=opened,
                 floor=int(np.count_nonzero(opened)) * embedding.environment.grid.cell_size**2,
                 places=int(np.count_nonzero(new & ~covered)),
-                grows=all(not old & ~plane for old, plane in zip(stage.embedding.planes, grown.planes, strict=False)),
+                grows=all(not old & ~plane for old, plane in zip(trials.embedding.planes, grown.planes, strict=False)),
             )
         )
-    gains.sort(key=lambda gain: (-gain.floor, -gain.places, -(gain.measure or 0.0)))
-    return CaptureAdvice(before, tuple(gains), measure)
+    gains.sort(key=lambda gain: (-gain.floor, -gain.places, -(gain.objective or 0.0)))
+    return CaptureAdvice(before, tuple(gains), objective)

@@ -21,8 +21,8 @@ from ...progress import Progress, portion
 from .candidate import Candidate, augmented
 
 
-class Stage:
-    """An embedding, ready for trials. Made by :func:`stage_steps`.
+class Trials:
+    """An embedding that is ready to try candidates; :func:`trials_steps` prepares it.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Stage:
         self._apart = apart
 
     def try_steps(self, candidate: Candidate, index: int) -> Generator[Progress, None, Embedding]:
-        """The embedding of the motion graph with a candidate, the ``index``-th of those that the stage was made for."""
+        """Embed the motion graph with a candidate, the ``index``-th of those that the trials were prepared for."""
         old = self.embedding
         n_segments = len(old.graph.segments)
         alone = chosen_segments(self._sweep, [n_segments + index])
@@ -97,8 +97,8 @@ def _may_hold(network: StepNetwork, new: Nodes, within: Nodes, size: int) -> Gen
     return count(around) >= size
 
 
-def stage_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Generator[Progress, None, Stage]:
-    """Prepare an embedding for trials of some candidates; yields progress, returns a :class:`Stage`.
+def trials_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Generator[Progress, None, Trials]:
+    """Prepare an embedding for trials of some candidates; yields progress, returns a :class:`Trials`.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def stage_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Genera
         )
     alive = network.image(everything)
     apart = count(alive) - count(intersection(alive, reached))
-    return Stage(wider, sweep, reached, leading, apart)
+    return Trials(wider, sweep, reached, leading, apart)
 
 
 def chosen_segments(sweep: Sweep, segments: Iterable[int]) -> Sweep:

@@ -5,10 +5,11 @@ from collections.abc import Generator
 from ... import wording
 from ...embedding.embedding import Embedding
 from ...errors import EvaluationError
-from ...evaluation.ablation import Kind, Verdict, ablate_steps
+from ...evaluation.ablation import Verdict, ablate_steps
 from ...evaluation.deletion import deletable_together_steps
-from ...evaluation.extent import mean_time_to
 from ...evaluation.link_utility import link_utility
+from ...evaluation.segment_groups import Grouping
+from ...evaluation.size import mean_time_to
 from ...progress import Progress, portion
 from ...tuning.pruning_curve import pruning_curve_steps
 from ..chart import Series, bar_chart, line_chart
@@ -22,31 +23,31 @@ _SHOWN = 12
 
 def importance_section_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Contribution]:
     """Ablation as ranked tables, and what can be deleted together."""
-    kinds = list(Kind) if questions.thorough else [Kind.CLIP, Kind.TAG]
+    kinds = list(Grouping) if questions.thorough else [Grouping.CLIP, Grouping.TAG]
     # Times to the goal are one more field for each part that is taken away.
     goal = questions.goal if questions.thorough else None
-    measure = None if goal is None else mean_time_to(goal.nodes, goal.name)
-    found = yield from portion(ablate_steps(embedding, kinds, measure), 0.0, 0.6)
+    objective = None if goal is None else mean_time_to(goal.nodes, goal.name)
+    found = yield from portion(ablate_steps(embedding, kinds, objective), 0.0, 0.6)
     together = yield from portion(deletable_together_steps(embedding, questions.allowed_loss), 0.6, 1.0)
     tables = {f"ablation_{kind.value}s": table(*found.table(kind)) for kind in kinds}
-    clips = sorted(found.ranked(Kind.CLIP), key=lambda loss: -loss.places)[:_SHOWN]
+    clips = sorted(found.ranked(Grouping.CLIP), key=lambda loss: -loss.places)[:_SHOWN]
     clips = [loss for loss in clips if loss.places > 0]
     figures, charts = [], {}
     if clips:
         shares = [100 * loss.places / found.before.places for loss in clips]
-        chart = bar_chart("Lost without the clip", "% of places", [loss.part.name for loss in clips], shares)
+        chart = bar_chart("Lost without the clip", "% of places", [loss.group.name for loss in clips], shares)
         charts["ablation"] = chart
         figures.append(Figure(chart, "Positions and headings that nothing reaches any more without each clip."))
-    summary, *_ = found.describe(Kind.CLIP)
-    tagged = [loss.describe() for loss in found.ranked(Kind.TAG)]
+    summary, *_ = found.describe(Grouping.CLIP)
+    tagged = [loss.describe() for loss in found.ranked(Grouping.TAG)]
     met = [verdict for verdict in Verdict if any(loss.verdict is verdict for loss in found.losses)]
     texts = [summary, *tagged, *together.describe(), "; ".join(verdict.value for verdict in met) + "."]
     shown = _first_rows(tables["ablation_clips"], _SHOWN)
     return Contribution(
         Section("What matters?", (*map(Paragraph, texts), FigureRow(tuple(figures)), shown)),
         numbers={
-            "verdicts": {loss.part.name: loss.verdict.name.lower() for loss in found.ranked(Kind.CLIP)},
-            "deletable_together": [part.name for part in together.parts],
+            "verdicts": {loss.group.name: loss.verdict.name.lower() for loss in found.ranked(Grouping.CLIP)},
+            "deletable_together": [part.name for part in together.groups],
             "deletion_lost_share": together.share,
         },
         tables=tables,

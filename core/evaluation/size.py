@@ -13,7 +13,7 @@ from .reach import mean_time_to_reach
 
 
 @dataclass(frozen=True)
-class Measure:
+class Objective:
     """A number of an embedding that is worth watching, such as the mean time to reach the door.
 
     Attributes
@@ -31,7 +31,7 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Extent:
+class EmbeddingSize:
     """What an embedding reaches.
 
     Attributes
@@ -43,8 +43,8 @@ class Extent:
     places : int
         Grid elements (x, y, heading) that it covers.
     nodes, links : int
-    measure : float or None
-        Of the measure that was asked for.
+    objective : float or None
+        Of the objective that was asked for.
     """
 
     floor: float
@@ -52,14 +52,14 @@ class Extent:
     places: int
     nodes: int
     links: int
-    measure: float | None = None
+    objective: float | None = None
 
 
-def mean_time_to(goal: Nodes, place: str) -> Measure:
+def mean_time_to(goal: Nodes, place: str) -> Objective:
     """The mean time from everywhere to a set of nodes (see :mod:`.goals`); infinite for embeddings without any of them.
 
     For embeddings that share one network: an embedding and what pruning or ablation leave of it. ``place`` is what the
-    goal is called: "the door". The measure raises EvaluationError where the network is another one.
+    goal is called: "the door". The objective raises EvaluationError where the network is another one.
     """
 
     def seconds(embedding: Embedding) -> float:
@@ -67,19 +67,19 @@ def mean_time_to(goal: Nodes, place: str) -> Measure:
             raise EvaluationError(f"The time to reach {place} cannot be compared: other motions have other nodes.")
         return mean_time_to_reach(embedding, goal)
 
-    return Measure(f"mean time to reach {place}", "s", seconds)
+    return Objective(f"mean time to reach {place}", "s", seconds)
 
 
-def extent(embedding: Embedding, measure: Measure | None = None) -> Extent:
-    """Floor, places, nodes and links of an embedding, and a measure if one is given."""
+def embedding_size(embedding: Embedding, objective: Objective | None = None) -> EmbeddingSize:
+    """Floor, places, nodes and links of an embedding, and an objective if one is given."""
     covered = embedding.covered()
     n_cells = int(np.count_nonzero(covered.any(axis=2)))
     n_free = int(np.count_nonzero(floor_cells(embedding)))
-    return Extent(
+    return EmbeddingSize(
         floor=n_cells * embedding.environment.grid.cell_size**2,
         share=n_cells / max(n_free, 1),
         places=int(np.count_nonzero(covered)),
         nodes=embedding.n_nodes,
         links=embedding.n_links,
-        measure=None if measure is None else float(measure.of(embedding)),
+        objective=None if objective is None else float(objective.of(embedding)),
     )

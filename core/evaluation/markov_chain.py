@@ -1,9 +1,9 @@
-"""Random walkers: at every node each outgoing link is taken with the same probability (as in core.playback.walk).
+"""The Markov chain of random walkers: at every node each outgoing link is taken with the same probability.
 
 Where a walker can go on depends on where it stands and on which segments may follow, and the latter is the same for
 all segments with the same children (a *merge*). Walkers of one merge at one place are therefore counted together: the
 flow of all of them is one number for each place and merge, pushed along one stencil after the other as an array over
-the whole ground. No link is ever stored, however many there are.
+the whole ground. No link is ever stored, however many there are. Walks of :mod:`core.playback` follow the same rule.
 """
 
 from collections.abc import Generator, Iterator
@@ -29,7 +29,7 @@ KEPT_BYTES = 1e9
 
 
 @dataclass(frozen=True)
-class Flow:
+class StationaryFlow:
     """The stationary flow of random walkers, per step: what each does next, once it has walked for ever.
 
     Attributes
@@ -50,7 +50,7 @@ class Flow:
     n_steps: int
 
 
-class Walkers:
+class MarkovChain:
     """The random walkers of an embedding; its arrays are those of the embedding's network."""
 
     def __init__(self, embedding: Embedding):
@@ -88,6 +88,11 @@ class Walkers:
         """(nx, ny): 1 where the i-th used stencil leads to a node, 0 elsewhere."""
         return self.layout.unpack(self._planes[i]).astype(self.dtype)
 
+    def leaving(self, flow: StationaryFlow, i: int) -> np.ndarray:
+        """(nx, ny) float64: how often the i-th used stencil is taken from each cell, per step."""
+        mask = self.mask(i)
+        return flow.starts[self.fork[i], self.heading[i]].reshape(mask.shape) * mask.astype(np.float64)
+
     def between(self) -> np.ndarray:
         """(forks, merges): 1 where the segments of a merge may be followed by those of a fork."""
         between = np.zeros((len(self.network.members_of_fork), len(self.network.members_of_merge)), dtype=self.dtype)
@@ -111,7 +116,7 @@ class Walkers:
                 alive[self.network.merge_of[segment], heading] += self.layout.unpack(plane).ravel()
         return alive
 
-    def flow_steps(self, tolerance: float, max_steps: int) -> Generator[Progress, None, Flow]:
+    def flow_steps(self, tolerance: float, max_steps: int) -> Generator[Progress, None, StationaryFlow]:
         """The stationary flow by power iteration from evenly spread walkers; yields progress.
 
         Ends when the residual is below ``tolerance``, or does not fall any more because of rounding, or after
@@ -150,7 +155,7 @@ class Walkers:
                 yield Progress(float(min(max(done, 0.0), 1.0)), "Letting walkers settle")
                 arrived += waiting
                 arrived /= arrived.sum(dtype=np.float64)
-        return Flow(starts, residual, error, n_steps)
+        return StationaryFlow(starts, residual, error, n_steps)
 
     def _pushes(self, starts: np.ndarray, arrived: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
         """For each stencil and each piece that it moves as a whole: source, mask, room for the product, and target."""

@@ -8,10 +8,10 @@ bundles of planes; each bit is a cell of its own and never carries into its neig
 from collections.abc import Sequence
 
 #: Binary digits of a count for every cell, lowest first; the last one is not 0. No digits: 0 everywhere.
-Tally = list[int]
+BitCounts = list[int]
 
 
-class Columns:
+class BitCounter:
     """Planes that wait to be added up; those in column i count 2**i."""
 
     def __init__(self):
@@ -24,17 +24,17 @@ class Columns:
                 self._columns.append([])
             self._columns[digit].append(plane)
 
-    def add_tally(self, tally: Tally) -> None:
+    def add_counts(self, tally: BitCounts) -> None:
         for digit, plane in enumerate(tally):
             self.add(plane, digit)
 
-    def add_product(self, a: Tally, b: Tally) -> None:
+    def add_product(self, a: BitCounts, b: BitCounts) -> None:
         """Count a x b more."""
         for i, x in enumerate(a):
             for j, y in enumerate(b):
                 self.add(x & y, i + j)
 
-    def total(self) -> Tally:
+    def total(self) -> BitCounts:
         """The sum of everything that was added; the columns are empty afterwards.
 
         Three planes of a column become one and a carry, until one is left: five operations for each plane.
@@ -56,29 +56,29 @@ class Columns:
         return _stripped(tally)
 
 
-def masked(tally: Tally, plane: int) -> Tally:
+def masked(tally: BitCounts, plane: int) -> BitCounts:
     """The counts in the cells of a plane, 0 elsewhere."""
     return _stripped([digit & plane for digit in tally])
 
 
-def product(a: Tally, b: Tally) -> Tally:
+def product(a: BitCounts, b: BitCounts) -> BitCounts:
     """a x b for every cell."""
-    columns = Columns()
+    columns = BitCounter()
     columns.add_product(a, b)
     return columns.total()
 
 
-def sum_of_products(a: Tally, b: Tally) -> int:
+def sum_of_products(a: BitCounts, b: BitCounts) -> int:
     """a x b, summed over all cells."""
     return sum((x & y).bit_count() << i + j for i, x in enumerate(a) for j, y in enumerate(b))
 
 
-def constant(number: int, everywhere: int) -> Tally:
+def constant(number: int, everywhere: int) -> BitCounts:
     """The same count in all cells of the plane ``everywhere``."""
     return [everywhere if number >> digit & 1 else 0 for digit in range(number.bit_length())]
 
 
-def less(a: Tally, b: Tally) -> int:
+def less(a: BitCounts, b: BitCounts) -> int:
     """The plane of the cells where a < b."""
     below = 0
     for digit in range(max(len(a), len(b))):
@@ -87,7 +87,7 @@ def less(a: Tally, b: Tally) -> int:
     return below
 
 
-def minus(a: Tally, b: Tally) -> Tally:
+def minus(a: BitCounts, b: BitCounts) -> BitCounts:
     """a - b, which must not be negative anywhere."""
     rest, borrow = [], 0
     for digit, x in enumerate(a):
@@ -103,7 +103,7 @@ def digit_of(tally: Sequence[int], digit: int) -> int:
     return tally[digit] if digit < len(tally) else 0
 
 
-def _stripped(tally: Tally) -> Tally:
+def _stripped(tally: BitCounts) -> BitCounts:
     while tally and not tally[-1]:
         tally.pop()
     return tally

@@ -14,7 +14,7 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes, intersection
 from ..evaluation.degrees import Degrees
-from ..evaluation.variability import coverage, segment_tallies, variability_steps
+from ..evaluation.variability import coverage, variability_counts, variability_steps
 from ..progress import Progress, portion
 from .distance_layers import DistanceLayers, layers_from_steps, layers_to_steps
 from .ranking import best_at_each_place
@@ -36,7 +36,7 @@ def covered_places(embedding: Embedding, places: Places) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class SkeletonPlan:
+class SpanningPlan:
     """What skeletons of an embedding are made from.
 
     Attributes
@@ -56,7 +56,7 @@ class SkeletonPlan:
     depth: np.ndarray
 
 
-def plan_skeleton_steps(embedding: Embedding, places: Places) -> Generator[Progress, None, SkeletonPlan]:
+def plan_spanning_steps(embedding: Embedding, places: Places) -> Generator[Progress, None, SpanningPlan]:
     """Measure an embedding, which must not be empty, from its central node. Yields progress."""
     center = yield from portion(_central_node_steps(embedding), 0.0, 0.1)
     outward = yield from portion(layers_from_steps(embedding, center), 0.1, 0.5)
@@ -70,10 +70,10 @@ def plan_skeleton_steps(embedding: Embedding, places: Places) -> Generator[Progr
             if plane:
                 fresh = layout.unpack(plane) & (depth[:, :, kind] < 0)
                 depth[:, :, kind][fresh] = distance
-    return SkeletonPlan(embedding, places, outward, homeward, depth)
+    return SpanningPlan(embedding, places, outward, homeward, depth)
 
 
-def skeleton_steps(plan: SkeletonPlan, wanted: np.ndarray) -> Generator[Progress, None, Nodes]:
+def spanning_steps(plan: SpanningPlan, wanted: np.ndarray) -> Generator[Progress, None, Nodes]:
     """A strongly connected set of few nodes that covers the ``wanted`` places, (nx, ny, n) bool. Yields progress.
 
     It always holds the central node and a cycle through it, even if that leads to no wanted place.
@@ -115,7 +115,7 @@ def skeleton_steps(plan: SkeletonPlan, wanted: np.ndarray) -> Generator[Progress
     return network.bundles(kept)
 
 
-def _step_of_shortest_cycle(plan: SkeletonPlan) -> list[int]:
+def _step_of_shortest_cycle(plan: SpanningPlan) -> list[int]:
     """Planes of one node that a link leads to from the central one, and from which the way back is shortest."""
     network = plan.embedding.network
     next_nodes = network.image(plan.outward.layer(0))
@@ -133,7 +133,7 @@ def _central_node_steps(embedding: Embedding) -> Generator[Progress, None, Nodes
     ways = yield from variability_steps(embedding)
     x, y, heading = (int(i) for i in np.unravel_index(np.argmax(ways), ways.shape))
     block, place = divmod(heading, network.bundled)
-    values = segment_tallies(embedding, Degrees(embedding), block)
+    values = variability_counts(embedding, Degrees(embedding), block)
     here = [0] * network.bundled
     here[place] = 1 << int(embedding.unrolling.layout.bit(x, y))
     here = network.bundles(here)[0]
@@ -146,7 +146,7 @@ def _n_kinds(embedding: Embedding, places: Places) -> int:
     return 1 if places is Places.CELLS else embedding.shape[2]
 
 
-def _planes(plan: SkeletonPlan, nodes: Nodes) -> list[int]:
+def _planes(plan: SpanningPlan, nodes: Nodes) -> list[int]:
     return [plane for bundle in nodes for plane in plan.embedding.network.planes(bundle)]
 
 
