@@ -1,9 +1,11 @@
-"""How good a walk's motion is, as numbers, and where it is worst."""
+"""The quality of a walk's motion in numbers, and where it is worst."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import wording
 from ..errors import ClipError, WalkError
@@ -13,13 +15,20 @@ from .plants import Plant, clip_plants, walk_plants
 from .transitions import transition_gaps
 from .walk import Walk
 
-#: What an onlooker begins to notice; defects of different kinds are ranked by how many times they exceed it.
-NOTICEABLE = {"slide": 0.1, "gap": np.radians(20), "speed": 0.3, "turn": np.radians(45), "edit": 0.08}
+#: Unit, its value in terms of metres, radians and seconds, and what an onlooker begins to notice, for each kind of
+#: defect. Defects of different kinds are ranked by how many times they exceed that.
+_KINDS = {
+    "slide": ("cm/s", 100, 0.1),
+    "gap": ("°", 180 / np.pi, np.radians(20)),
+    "speed": ("m/s", 1, 0.3),
+    "turn": ("°/s", 180 / np.pi, np.radians(45)),
+    "edit": ("cm/m", 100, 0.08),
+}
 
 
 @dataclass(frozen=True)
 class FootSlide:
-    """How fast a foot slides over the ground while it is planted, in metres per second.
+    """The speed (m/s) at which a foot slides over the ground while it is planted.
 
     Measured at what it stands on (:class:`.plants.Plant`), from each frame to the next. ``worst_frame`` is the first
     of the two frames of the walk; ``source_mean`` that of the clips that the walk is made of. All are 0 for a foot
@@ -32,12 +41,6 @@ class FootSlide:
     worst_frame: int
     source_mean: float
 
-    def describe(self) -> str:
-        return (
-            f"{self.foot} slides at {wording.slide(self.mean)} on average ({wording.slide(self.source_mean)} in the "
-            f"clips), {wording.slide(self.worst)} at frame {self.worst_frame}."
-        )
-
 
 @dataclass(frozen=True)
 class PoseGap:
@@ -48,12 +51,6 @@ class PoseGap:
     angle: float
     clip_before: str
     clip_after: str
-
-    def describe(self) -> str:
-        return (
-            f"Largest pose gap {wording.angle(self.angle)} at {self.joint}, frame {self.frame}, from "
-            f"'{self.clip_before}' to '{self.clip_after}'."
-        )
 
 
 @dataclass(frozen=True)
@@ -74,26 +71,23 @@ class WorstFrame:
     unit: str
     severity: float
 
-    def describe(self) -> str:
-        return f"Frame {self.frame}: {self.what}, {self.amount}"
-
     @property
     def amount(self) -> str:
-        """How much, with its unit: "12.3 cm/s", "21.4°"."""
+        """The value with its unit: "12.3 cm/s", "21.4°"."""
         space = "" if self.unit.startswith("°") else " "
         return f"{wording.amount(self.value)}{space}{self.unit}"
 
 
 @dataclass(frozen=True)
 class WalkQuality:
-    """What :func:`walk_quality` finds.
+    """Defects of a walk's motion, as :func:`walk_quality` finds them.
 
     Attributes
     ----------
     feet : tuple of FootSlide
-        Left and right; none if the feet cannot be told.
+        Left and right; none if the feet are not known.
     feet_unknown : str
-        Why they cannot; empty if they can.
+        The reason; empty if they are known.
     largest_gap : PoseGap or None
         None for a walk without transitions, as of the jumps.
     position_edit, heading_edit : float
@@ -103,7 +97,7 @@ class WalkQuality:
         The worst first: of each plant its fastest frame, of each transition its largest gap and its jumps, of each
         segment its edit.
     defects : float
-        By how much everything that is noticeable exceeds that, in times of it, summed over all frames, for each minute:
+        The excess of everything that is noticeable over that, in times of it, summed over all frames, for each minute:
         0 for a walk in which nothing is. To choose between walks by.
     """
 
@@ -119,25 +113,8 @@ class WalkQuality:
 
     @property
     def mean_slide(self) -> float:
-        """Mean of both feet in metres per second; not a number if they cannot be told."""
+        """Mean of both feet in metres per second; not a number if they are not known."""
         return float(np.mean([foot.mean for foot in self.feet])) if self.feet else float("nan")
-
-    def describe(self) -> str:
-        """The report for people, a line for each finding."""
-        lines = [foot.describe() for foot in self.feet] or [self.feet_unknown]
-        if self.largest_gap is not None:
-            lines.append(self.largest_gap.describe())
-        lines.append(
-            f"The root path was edited by {wording.small(self.position_edit)} and {wording.angle(self.heading_edit)} "
-            "for each metre."
-        )
-        if self.speed_jump is not None and self.turn_jump is not None:
-            lines.append(
-                f"At transitions the speed changes by up to {wording.speed(self.speed_jump.value)} (frame "
-                f"{self.speed_jump.frame}), the turn rate by up to {wording.angle(self.turn_jump.value)}/s (frame "
-                f"{self.turn_jump.frame})."
-            )
-        return "\n".join(lines)
 
 
 def walk_quality(
@@ -187,8 +164,17 @@ def walk_quality(
 
 
 def foot_slide(plants: list[Plant], positions: np.ndarray, frame_rate: float) -> np.ndarray:
-    """(n,) metres per second that feet slide from frame to frame during plants; ``positions`` (F, J, 3) in metres."""
+    """Return (n,) m/s that feet slide from frame to frame during plants; ``positions`` (F, J, 3) in metres."""
     return np.concatenate([np.empty(0), *(plant.speeds(positions, frame_rate) for plant in plants)])
+
+
+def _worst(kind: str, frames: ArrayLike, values: ArrayLike, what: Iterable[str]) -> list[WorstFrame]:
+    """Return an entry for each of (n,) frames of a walk and (n,) values there."""
+    unit, factor, noticeable = _KINDS[kind]
+    return [
+        WorstFrame(int(frame), name, float(value) * factor, unit, float(value) / noticeable)
+        for frame, value, name in zip(np.asarray(frames), np.asarray(values), what, strict=False)
+    ]
 
 
 def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings, lifted: np.ndarray):
@@ -199,38 +185,36 @@ def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings, lifted: np.
     except ClipError as error:
         return (), str(error), []
     sources = [graph.clips[i] for i in sorted({graph.segments[s].clip for s in walk.segments})]
-    source_plants = [(source, clip_plants(source, settings)) for source in sources]
+    source_plants = [(clip_plants(source, settings), source.world[1]) for source in sources]
     positions, feet, worst = clip.world[1], [], []
     for side in (0, 1):
         name = skeleton.names[joints[side][0]]
-        own = [plant for plant in plants if plant.side == side and plant.n_frames > 1]
-        of_source = np.concatenate(
-            [
-                foot_slide([plant for plant in found if plant.side == side], source.world[1], graph.frame_rate)
-                for source, found in source_plants
-            ]
-        )
-        speeds = [np.empty(0)]
-        for plant in own:
+        speeds, frames, fastest = [np.empty(0)], [], []
+        for plant in plants:
+            if plant.side != side or plant.n_frames == 1:
+                continue
             slide = plant.speeds(positions, graph.frame_rate)
             # From the last frame on the ground to the first one off it the foot may slide, and back likewise.
             up = lifted[plant.first : plant.last + 1, side]
             grounded = ~(up[:-1] & up[1:])
             speeds.append(slide[grounded])
             slide = np.where(grounded, slide, 0.0)
-            frame, value = plant.first + int(np.argmax(slide)), float(slide.max())
-            worst.append(WorstFrame(frame, f"{name} slides", 100 * value, "cm/s", value / NOTICEABLE["slide"]))
+            frames.append(plant.first + int(np.argmax(slide)))
+            fastest.append(float(slide.max()))
+        of_source = np.concatenate(
+            [foot_slide([p for p in found if p.side == side], at, graph.frame_rate) for found, at in source_plants]
+        )
         speeds = np.concatenate(speeds)
-        frame = max(worst[-len(own) :], key=lambda entry: entry.value).frame if own else 0
         feet.append(
             FootSlide(
                 name,
-                float(speeds.mean()) if len(speeds) else 0.0,
-                float(speeds.max(initial=0.0)),
-                frame,
-                float(of_source.mean()) if len(of_source) else 0.0,
+                mean=float(speeds.mean()) if len(speeds) else 0.0,
+                worst=float(speeds.max(initial=0.0)),
+                worst_frame=frames[int(np.argmax(fastest))] if frames else 0,
+                source_mean=float(of_source.mean()) if len(of_source) else 0.0,
             )
         )
+        worst += _worst("slide", frames, fastest, repeat(f"{name} slides"))
     return tuple(feet), "", worst
 
 
@@ -240,35 +224,25 @@ def _gaps(walk: Walk) -> tuple[PoseGap | None, list[WorstFrame]]:
         return None, []
     gaps = transition_gaps(walk)
     names = graph.clips[0].skeleton.names
-    joints = np.argmax(gaps.angles, axis=1)
-    angles = gaps.angles[np.arange(len(joints)), joints]
-    worst = [
-        WorstFrame(frame, f"pose gap of {names[joint]}", float(np.degrees(angle)), "°", angle / NOTICEABLE["gap"])
-        for frame, joint, angle in zip(gaps.frames.tolist(), joints.tolist(), angles.tolist(), strict=True)
-    ]
+    joints, angles = np.argmax(gaps.angles, axis=1), gaps.angles.max(axis=1)
     at = int(np.argmax(angles))
-    before, after = (graph.clips[graph.segments[walk.segments[at + k]].clip].name for k in (0, 1))
-    return PoseGap(int(gaps.frames[at]), names[joints[at]], float(angles[at]), before, after), worst
+    before, after = (graph.clips[graph.segments[s].clip].name for s in walk.segments[at : at + 2])
+    largest = PoseGap(int(gaps.frames[at]), names[joints[at]], float(angles[at]), before, after)
+    return largest, _worst("gap", gaps.frames, angles, (f"pose gap of {names[joint]}" for joint in joints))
 
 
 def _jumps(walk: Walk, clip: MotionClip) -> tuple[TransitionJump | None, TransitionJump | None, list[WorstFrame]]:
-    transitions, rate = walk.node_frames[1:-1], walk.embedding.graph.frame_rate
-    if len(transitions) == 0:
+    frames = walk.node_frames[1:-1]
+    if len(frames) == 0:
         return None, None, []
-    steps = np.diff(clip.ground_path, axis=0) * rate
+    steps = np.diff(clip.ground_path, axis=0) * walk.embedding.graph.frame_rate
     speeds, turns = np.linalg.norm(steps[:, :2], axis=1), steps[:, 2]
     found, worst = [], []
-    for kind, values, what, unit, factor in (
-        ("speed", speeds, "change of speed", "m/s", 1.0),
-        ("turn", turns, "change of turn rate", "°/s", 180 / np.pi),
-    ):
-        jumps = np.abs(values[transitions] - values[transitions - 1])
+    for kind, values, what in (("speed", speeds, "change of speed"), ("turn", turns, "change of turn rate")):
+        jumps = np.abs(values[frames] - values[frames - 1])
         at = int(np.argmax(jumps))
-        found.append(TransitionJump(int(transitions[at]), float(jumps[at])))
-        worst += [
-            WorstFrame(frame, what, jump * factor, unit, jump / NOTICEABLE[kind])
-            for frame, jump in zip(transitions.tolist(), jumps.tolist(), strict=True)
-        ]
+        found.append(TransitionJump(int(frames[at]), float(jumps[at])))
+        worst += _worst(kind, frames, jumps, repeat(what))
     return found[0], found[1], worst
 
 
@@ -276,14 +250,10 @@ def _edits(walk: Walk) -> tuple[float, float, list[WorstFrame]]:
     stencils = walk.embedding.unrolling.stencils
     moved = np.linalg.norm(stencils.position_error[walk.stencils], axis=1)
     turned = np.abs(stencils.heading_error[walk.stencils])
-    path = walk.root_path
-    lengths = [
-        np.linalg.norm(np.diff(path[a : b + 1, :2], axis=0), axis=1).sum() for a, b in pairwise(walk.node_frames)
-    ]
+    path, frames = walk.root_path[:, :2], walk.node_frames
+    lengths = np.array([np.linalg.norm(np.diff(path[a : b + 1], axis=0), axis=1).sum() for a, b in pairwise(frames)])
     total = max(float(np.sum(lengths)), 1e-9)
-    worst = []
-    for first, metres, length in zip(walk.node_frames[:-1].tolist(), moved.tolist(), lengths, strict=True):
-        # Over less than a step a metre says little.
-        share = metres / max(float(length), 0.5)
-        worst.append(WorstFrame(first, "edited root path", 100 * share, "cm/m", share / NOTICEABLE["edit"]))
+    # Over less than a step a metre says little.
+    shares = moved / np.maximum(lengths, 0.5)
+    worst = _worst("edit", frames[:-1], shares, repeat("edited root path"))
     return float(moved.sum()) / total, float(turned.sum()) / total, worst

@@ -69,7 +69,6 @@ def test_largest_gap_is_found_between_the_source_clips(walk, report):
     gap = report.largest_gap
     assert gap.angle == pytest.approx(largest)
     assert (gap.frame, gap.joint, gap.clip_before, gap.clip_after) == where
-    assert gap.joint in gap.describe() and gap.clip_after in gap.describe()
 
 
 def test_edits_and_jumps_are_those_of_the_path(walk, played, report):
@@ -117,8 +116,6 @@ def test_clean_up_shows_in_the_report(walk, played, report):
     cleaned = walk_quality(walk, clean_feet(walk, played).clip)
     assert cleaned.mean_slide <= 0.02 < report.mean_slide
     assert cleaned.largest_gap == report.largest_gap
-    text = cleaned.describe()
-    assert "cm/s" in text and len(text.splitlines()) == 5
 
 
 def test_a_foot_that_is_lifted_does_not_slide_and_every_other_frame_counts(walk, played):
@@ -144,7 +141,7 @@ def test_a_foot_that_is_lifted_does_not_slide_and_every_other_frame_counts(walk,
 
 def test_what_cannot_be_measured_says_so(walk, played):
     unknown = walk_quality(walk, played, ContactSettings(feet=(("Nobody",), ("Neither",))))
-    assert not unknown.feet and "Nobody" in unknown.describe() and np.isnan(unknown.mean_slide)
+    assert not unknown.feet and "Nobody" in unknown.feet_unknown and np.isnan(unknown.mean_slide)
     single = Walk(walk.embedding, walk.states[:2], walk.stencils[:1])
     report = walk_quality(single, synthesize(single))
     assert report.largest_gap is None and report.speed_jump is None
