@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import convolve1d, maximum_filter1d
+from scipy.ndimage import convolve1d, distance_transform_edt, maximum_filter1d
 
 from .. import wording
 from ..errors import ClipError, WalkError
@@ -28,7 +28,7 @@ from ..motion.contacts import ContactSettings, foot_joints
 from ..motion.skeleton import Skeleton
 from .coupled_joints import find_coupled_joints, move_coupled_joints
 from .plants import Plant, Stance, part, repeated, walk_plants
-from .splines import closing
+from .transitions import closing
 from .two_bone import Leg, find_leg, leg_turns
 from .walk import Walk
 
@@ -150,23 +150,14 @@ def _untouched(clip: MotionClip, *reasons: str) -> FootCleanup:
 
 
 def _three_laps(clip: MotionClip) -> MotionClip:
-    """A motion that ends as it starts three times over, each time from where it has come to."""
-    rotations = np.concatenate([clip.rotations[:-1], clip.rotations[:-1], clip.rotations])
-    away = np.zeros(3)
-    away[:2] = clip.translations[-1, 0, :2] - clip.translations[0, 0, :2]
-    laps = [clip.translations[:-1].copy(), clip.translations[:-1].copy(), clip.translations.copy()]
-    for number, translations in enumerate(laps):
-        translations[:, 0] += number * away
-    heading = clip.ground_path[:, 2]
-    turned = heading[-1] - heading[0]
-    headings = [heading[:-1], heading[:-1] + turned, heading + 2 * turned]
-    return replace(
-        clip,
-        rotations=rotations,
-        translations=np.concatenate(laps),
-        heading=np.concatenate(headings),
-        tags={},
-    )
+    """Return a motion that ends as it starts three times over, each time from where it has come to."""
+    lap = clip.n_frames - 1
+    frames = np.append(np.tile(np.arange(lap), 3), lap)
+    number = np.minimum(np.arange(3 * lap + 1) // lap, 2)
+    translations, heading = clip.translations[frames], clip.ground_path[:, 2]
+    translations[:, 0, :2] += number[:, None] * (clip.translations[-1, 0, :2] - clip.translations[0, 0, :2])
+    heading = heading[frames] + number * (heading[-1] - heading[0])
+    return replace(clip, rotations=clip.rotations[frames], translations=translations, heading=heading, tags={})
 
 
 def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSettings | None = None) -> FootCleanup:
@@ -311,17 +302,13 @@ def _drop(
 
 
 def _nearness(near: np.ndarray, window: int) -> np.ndarray:
-    """(F,) 1 up to half of ``window`` frames around what is ``near``, falling to 0 at its end."""
-    every, marked = np.arange(len(near)), np.flatnonzero(near)
-    right = np.searchsorted(marked, every)
-    after = marked[np.minimum(right, len(marked) - 1)]
-    before = marked[np.maximum(right - 1, 0)]
-    away = np.minimum(np.abs(after - every), np.abs(every - before))
+    """Return (F,) 1 up to half of ``window`` frames around what is ``near``, falling to 0 at its end."""
+    away = distance_transform_edt(~near)
     return closing(np.maximum(away - window // 2, 0), window - window // 2)[0]
 
 
 def _lowered_joint(skeleton: Skeleton, legs: list[Leg]) -> int:
-    """The joint that carries the body: the highest one above all legs that is not on the ground itself."""
+    """Return the joint that carries the body: the highest above all legs that is not on the ground itself."""
     chains = [skeleton.ancestors(leg.thigh)[::-1] for leg in legs]
     shared = [joint for joint in chains[0] if all(joint in chain for chain in chains)]
     height = skeleton.rest_world[1][:, 2] - skeleton.rest_world[1][:, 2].min()

@@ -4,8 +4,7 @@ import numpy as np
 
 from ..embedding.footprint import edit_profile
 from ..motion.graph import MotionSegment
-from .splines import closing
-from .transitions import TransitionGaps, window_steps
+from .transitions import TransitionGaps, closing, window_steps
 from .walk import Walk
 
 _PEAK = 4 / 27

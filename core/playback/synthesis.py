@@ -15,8 +15,7 @@ from ..motion import quat
 from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
 from .root_path import played_root_path
-from .splines import closing
-from .transitions import TransitionGaps, poses_at, transition_gaps, window_steps
+from .transitions import TransitionGaps, closing, poses_at, transition_gaps, window_steps
 from .walk import Walk
 
 

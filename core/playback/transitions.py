@@ -103,6 +103,19 @@ def poses_at(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple
     return rotations, translations
 
 
+def closing(steps: np.ndarray, window: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the factors of a gap's value and of its slope (per frame), ``steps`` frames away from it.
+
+    Cubic Hermite splines: at the gap (step 0) they are 1 and 0 with slopes 0 and 1; from the end of the window, of
+    ``window`` frames, on both are 0 with slope 0.
+
+    >>> closing(np.array([0, 2, 4]), 4)
+    (array([1. , 0.5, 0. ]), array([0. , 0.5, 0. ]))
+    """
+    s = np.minimum(steps / window, 1.0)
+    return 2 * s**3 - 3 * s**2 + 1, (s**3 - 2 * s**2 + s) * window
+
+
 def window_steps(windows: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the transition, and the distance to it, of each frame of (S,) windows, from ``first`` to the last."""
     counts = np.where(windows > 0, windows + 1 - first, 0)
