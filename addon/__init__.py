@@ -3,12 +3,12 @@
 Each room listed here has its own ``register`` and ``unregister``; the root package calls the two below.
 """
 
-from . import live, operators, properties, results, ui
+from . import live, operators, properties, results, session, ui
 from .cli import command
 from .scene import changes
 
 # In order of registration: a room may use what those before it have registered.
-_ROOMS = (properties, results, changes, live, operators, ui, command)
+_ROOMS = (properties, session, changes, results, live, operators, ui, command)
 
 
 def register():

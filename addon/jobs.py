@@ -1,4 +1,4 @@
-"""Operators whose work takes long: drained at once in scripts, stepped by a timer in a window.
+"""Work that takes long: drained at once in scripts, advanced a slice at a time by a timer in a window.
 
 The work is a generator of the core: it yields Progress and returns its result. Input is gathered before the first
 yield and the scene is changed only in :meth:`LongOperator.apply`, so that whoever cancels has changed nothing and no
@@ -7,7 +7,7 @@ reference to Blender's data is held while other things happen.
 
 import time
 from collections.abc import Generator
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import bpy
 
@@ -21,7 +21,47 @@ _TICK = 0.005
 """Seconds between two timer events."""
 
 _FAILURES = (MotionGraphError, MemoryError)
-"""What is told in a sentence; everything else is a bug."""
+"""Errors that are reported in a sentence; everything else is a bug."""
+
+_Result = TypeVar("_Result")
+
+
+class Slices(Generic[_Result]):
+    """Long work that is advanced for some seconds at a time.
+
+    Attributes
+    ----------
+    progress : Progress
+        The last step.
+    done : bool
+        True when the work has come to its end.
+    """
+
+    def __init__(self, steps: Generator[Progress, None, _Result]):
+        self.progress = Progress(0.0, "")
+        self.done = False
+        self._steps, self._result = steps, cast(_Result, None)
+
+    @property
+    def result(self) -> _Result:
+        """The outcome of work that is done."""
+        return self._result
+
+    def advance(self, seconds: float) -> bool:
+        """Work for about so many seconds, one step at least; return True when the work has come to its end."""
+        until = time.perf_counter() + seconds
+        while not self.done:
+            try:
+                self.progress = next(self._steps)
+            except StopIteration as stop:
+                self._result, self.done = stop.value, True
+            if time.perf_counter() >= until:
+                break
+        return self.done
+
+    def close(self) -> None:
+        """Give the work up."""
+        self._steps.close()
 
 
 def clock(seconds: float) -> str:
@@ -61,7 +101,7 @@ class LongOperator:
         # Timers do not fire without a window.
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self._steps, self._running = self.steps(context), True
+        self._work, self._running = Slices(self.steps(context)), True
         self._started = time.monotonic()
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.progress_begin(0, 100)
@@ -79,12 +119,12 @@ class LongOperator:
             # The scene must not change under the work.
             return {"RUNNING_MODAL"}
         try:
-            result = self._work(context)
-            if result is None:
+            if not self._work.advance(_SLICE):
+                self._show(context, self._work.progress)
                 return {"RUNNING_MODAL"}
             # Before the scene changes, because that can open windows and send events of its own.
             self._stop(context)
-            self.apply(context, result[0])
+            self.apply(context, self._work.result)
         except _FAILURES as error:
             self._stop(context)
             self.report({"ERROR"}, self._sentence(error))
@@ -107,17 +147,6 @@ class LongOperator:
             )
         return str(error)
 
-    def _work(self, context) -> tuple[Any] | None:
-        """One slice of the work: (result,) at its end, otherwise None."""
-        until = time.perf_counter() + _SLICE
-        while time.perf_counter() < until:
-            try:
-                progress = next(self._steps)
-            except StopIteration as stop:
-                return (stop.value,)
-        self._show(context, progress)
-        return None
-
     def _show(self, context, progress: Progress) -> None:
         elapsed = clock(time.monotonic() - self._started)
         text = f"{progress.message}: {100 * progress.fraction:.0f}%    {elapsed}    Esc to cancel"
@@ -131,7 +160,7 @@ class LongOperator:
         if not self._running:
             return
         self._running = False
-        self._steps.close()
+        self._work.close()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)

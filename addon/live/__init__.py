@@ -1,9 +1,9 @@
 """Maps and drawings that follow the scene while it changes."""
 
-from . import environment, live, sight
+from . import environment, live
 
 # In order of registration: a module may use what those before it have registered.
-_MODULES = (live, sight, environment)
+_MODULES = (live, environment)
 
 
 def register():

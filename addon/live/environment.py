@@ -2,20 +2,19 @@
 
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 
 from ...core.errors import MotionGraphError
 from ...core.progress import Progress, finish
+from ..jobs import Slices
 from ..render.environment_lines import Lines, environment_lines
-from ..results.state import redraw, results
-from ..scene.changes import LISTENERS, Listener, shape_memory, start_timer, stop_timer
+from ..results.store import results
+from ..scene.changes import shape_memory
 from ..scene.inputs import environment_settings_fingerprint, make_environment_steps, read_shapes
-from .sight import windows_in_sight
+from ..session import SESSION, Listener, redraw, start_timer, stop_timer
 
-_LOOK = 0.1
-"""Seconds between two looks at the settings while the environment is in sight."""
 _SLICE = 0.03
 """Seconds of work after which Blender has its turn, if the work can be interrupted there."""
 
@@ -29,32 +28,56 @@ class EnvironmentView:
     error: str = ""
 
 
-_views: dict[int, tuple[str, EnvironmentView]] = {}
+@dataclass
+class _Look:
+    """The view of one scene, the fingerprint of what it was made from, the state of the scene when it was looked at
+    last, the number of its changes, and the look that has begun."""
+
+    view: EnvironmentView = field(default_factory=EnvironmentView)
+    made_from: str = ""
+    state: tuple = ()
+    n_changes: int = 0
+    work: Slices[bool] | None = None
 
 
 def environment_view(scene) -> EnvironmentView:
-    """What is known of a scene's environment; empty before the first look."""
-    return _views.get(scene.session_uid, ("", EnvironmentView()))[1]
+    """Return what is known of a scene's environment; empty before the first look."""
+    return SESSION.of(scene, _Look).view
 
 
-def keep_looking() -> None:
-    """Have the views follow their scenes, for as long as an environment is in sight."""
-    start_timer(_tick)
+def is_in_sight(scene, area) -> bool:
+    """Return True if a 3D viewport shows the environment of its scene."""
+    return scene is not None and area.spaces.active.overlay.show_overlays and scene.wayfarer.overlay.show_environment
+
+
+def windows_in_sight() -> list[bpy.types.Window]:
+    """Return the windows in which the environment of their scene is in sight."""
+    return [
+        window
+        for window in bpy.context.window_manager.windows
+        if any(area.type == "VIEW_3D" and is_in_sight(window.scene, area) for area in window.screen.areas)
+    ]
+
+
+def look_soon() -> None:
+    """Have the scenes in sight looked at after the drawing: whatever changes, Blender draws."""
+    if not bpy.app.timers.is_registered(_tick):
+        start_timer(_tick)
 
 
 def look(scene, depsgraph) -> bool:
-    """Make the view of a scene anew if its shapes or settings have changed; whether they had."""
+    """Make the view of a scene anew if its shapes or settings have changed; return True if they had."""
     return finish(look_steps(scene, depsgraph))
 
 
 def look_steps(scene, depsgraph) -> Generator[Progress, None, bool]:
-    """The same in steps; after the first, nothing of Blender's is needed any more."""
-    key, settings, memory = scene.session_uid, environment_settings_fingerprint(scene), shape_memory(scene)
-    before = _views.get(key)
+    """Look in steps; after the first, nothing of Blender's is needed any more."""
+    seen, memory = SESSION.of(scene, _Look), shape_memory(scene)
+    settings = environment_settings_fingerprint(scene)
     try:
         shapes = read_shapes(scene, depsgraph, memory)
-        seen = f"{settings} {shapes.fingerprint}"
-        if before is not None and before[0] == seen:
+        made_from = f"{settings} {shapes.fingerprint}"
+        if made_from == seen.made_from:
             return False
         found = results(scene)
         if found.embedding is not None and found.made_from.get("embedding") == (settings, shapes.fingerprint):
@@ -63,64 +86,40 @@ def look_steps(scene, depsgraph) -> Generator[Progress, None, bool]:
             environment = yield from make_environment_steps(scene, shapes, memory)
         view = EnvironmentView(environment_lines(environment, shapes.ground_height), shapes.ground_height)
     except MotionGraphError as error:
-        seen = f"{settings} {error}"
+        made_from = f"{settings} {error}"
         view = EnvironmentView(error=str(error))
-    _views[key] = (seen, view)
-    return before is None or before[0] != seen
-
-
-_n_changes = 0
-_looked: dict[int, tuple] = {}
-_work: Generator[Progress, None, bool] | None = None
-_next = 0.0
+    is_new, seen.made_from, seen.view = made_from != seen.made_from, made_from, view
+    return is_new
 
 
 def _tick() -> float | None:
-    """Look at the scenes from time to time, for as long as an environment is in sight."""
-    global _work, _next
-    windows = windows_in_sight()
-    if not windows:
-        _stop()
-        return None
+    """Look at the scenes in sight that may have changed since the last look."""
     started = time.perf_counter()
-    if started < _next:
-        return _LOOK
-    if _work is None:
-        _work = _next_work(windows)
-    if _work is None:
-        return _LOOK
-    try:
-        # The first step at once, however long it took to get here: it reads from Blender's data, which does not last.
-        next(_work)
-        while time.perf_counter() - started < _SLICE:
-            next(_work)
-        return 0.0
-    except StopIteration as end:
-        _work = None
-        if end.value:
-            redraw()
-    # Where one step takes long, it must not take more than a fifth of the time.
-    _next = time.perf_counter() + 4 * (time.perf_counter() - started)
-    return _LOOK
-
-
-def _next_work(windows: list[bpy.types.Window]) -> Generator[Progress, None, bool] | None:
-    """A look at the first scene of which something may have changed since the last."""
-    for window in windows:
+    for window in windows_in_sight():
         scene = window.scene
-        state = _state(scene)
-        if _looked.get(scene.session_uid) != state:
-            _looked[scene.session_uid] = state
+        seen, state = SESSION.of(scene, _Look), _state(scene)
+        if seen.work is None and seen.state == state:
+            continue
+        if seen.work is None:
+            seen.state = state
             with bpy.context.temp_override(window=window):
-                return look_steps(scene, bpy.context.evaluated_depsgraph_get())
+                seen.work = Slices(look_steps(scene, bpy.context.evaluated_depsgraph_get()))
+        # The first step at once, however long it took to get here: it reads from Blender's data, which does not last.
+        if not seen.work.advance(_SLICE):
+            return 0.0
+        if seen.work.result:
+            redraw()
+        seen.work = None
+        # Where one step takes long, it must not take more than a fifth of the time.
+        return 4 * (time.perf_counter() - started)
     return None
 
 
 def _state(scene) -> tuple:
-    """What differs if something may have changed; of what scripts set here, Blender does not tell."""
+    """Return what differs if something may have changed; scripts that set it here do not make Blender say so."""
     settings = scene.wayfarer.environment
     return (
-        _n_changes,
+        SESSION.of(scene, _Look).n_changes,
         environment_settings_fingerprint(scene),
         *(settings.ground_source, *settings.ground_low, *settings.ground_high, settings.ground_height),
         *(block and block.session_uid for block in (settings.ground, settings.obstacles)),
@@ -128,33 +127,22 @@ def _state(scene) -> tuple:
     )
 
 
-def _stop() -> None:
-    """Give up what is being looked at, to be looked at again."""
-    global _work
-    if _work is not None:
-        _work = None
-        _looked.clear()
+def _on_change(scene, *_) -> None:
+    SESSION.of(scene, _Look).n_changes += 1
 
 
-def _on_change(*_) -> None:
-    global _n_changes
-    _n_changes += 1
+def _on_exchange() -> None:
+    for seen in SESSION.all(_Look):
+        seen.n_changes += 1
 
 
-def _on_load() -> None:
-    _stop()
-    _views.clear()
-    _looked.clear()
-
-
-_LISTENER = Listener(changed=_on_change, exchanged=_on_change, closed=_on_load)
+_LISTENER = Listener(changed=_on_change, exchanged=_on_exchange)
 
 
 def register():
-    LISTENERS.append(_LISTENER)
+    SESSION.listeners.append(_LISTENER)
 
 
 def unregister():
-    LISTENERS.remove(_LISTENER)
+    SESSION.listeners.remove(_LISTENER)
     stop_timer(_tick)
-    _on_load()

@@ -3,8 +3,7 @@
 import gc
 import time
 from collections import deque
-from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Generator
 from dataclasses import dataclass
 from math import inf
 from statistics import median
@@ -16,24 +15,15 @@ from ...core.evaluation.variability import coverage_share
 from ...core.maps import FloorMap, MapOptions, PaintedMap
 from ...core.motion.graph import MotionGraph
 from ...core.progress import Progress
-from ..bridge.read_scene import ShapeMemory
+from ..jobs import Slices
 from ..render.floor import find_floor
 from ..results.painting import paint_floor
 from ..results.state import keep_embedding, results
+from ..scene.changes import shape_memory
 from ..scene.inputs import SceneShapes, environment_settings_fingerprint, make_environment_steps, read_shapes
 
 _ROUNDS = 3
 """Rounds that are remembered: one that was slow for other reasons says nothing about the next."""
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """What the scene asks for: the same for the same map."""
-
-    graph: int
-    settings: str
-    shapes: str
-    map_key: str
 
 
 @dataclass(frozen=True)
@@ -44,56 +34,55 @@ class _Round:
     missing.
     """
 
-    wanted: _Wanted
     graph: MotionGraph
     shapes: SceneShapes | None
     environment: Generator[Progress, None, Environment] | None
+    settings_seen: str
     settings: EmbeddingSettings
     previous: Embedding | None
     up_to_date: Embedding | None
     kind: FloorMap
     options: MapOptions
+    map_key: str
     offset: float
 
 
 class LiveEvaluation:
     """The embedding and the map of one scene, following its changes.
 
-    Tell it of changes with :meth:`change`, and call :meth:`step` until it returns True. It holds no reference to
-    Blender's data between two calls. What it does is no step of undo, unless there was no floor to paint.
-
-    ``memory`` are the shapes that are known; whoever gives it sees to it that what has changed is forgotten.
+    Call :meth:`change` for each change, and :meth:`step` until it returns True. No reference to Blender's data is held
+    between two calls. What is done is no step of undo, unless there was no floor to paint.
 
     Attributes
     ----------
     seconds : dict of str to float
-        How much work the phases of the last finished round were: read, environment, embed, map, paint, and count,
-        which comes after the map is shown. Time of the processor, so that a busy machine does not count.
+        Work of the phases of the last finished round: read, environment, embed, map, paint, and count, which comes
+        after the map is shown. Time of the processor, so that a busy machine does not count.
     changed_at : float
-        When the last change happened that the floor shows, by ``time.perf_counter``; 0 before the first round.
+        The moment of the last change that the floor shows, by ``time.perf_counter``; 0 before the first round.
     written, drawn : float
         Seconds by the clock from that change to the colours on the floor, and to the picture that shows them. The
         latter is for whoever sees Blender draw to fill in.
     error : str
         What is wrong with the scene, if it cannot be evaluated as it is.
+    last_change, behind_since : float
+        The moments of the last change, and of the first that the floor does not show.
+    wants_map : bool
+        True if the map is to be painted once although live evaluation is switched off.
     """
 
-    def __init__(self, memory: ShapeMemory | None = None):
+    def __init__(self):
         self.seconds: dict[str, float] = {}
         self.changed_at = self.written = self.drawn = 0.0
         self.error = ""
-        self._memory = ShapeMemory() if memory is None else memory
-        self._last_change = time.perf_counter()
+        self.last_change = self.behind_since = self._began_at = time.perf_counter()
+        self.wants_map = False
         self._uncounted: Embedding | None = None
         self._stale, self._repaint = True, False
-        self._steps: Generator[Progress, None, tuple[_Round, Embedding, PaintedMap]] | None = None
+        self._work: Slices[tuple[_Round, Embedding, PaintedMap]] | None = None
         self._spent: dict[str, float] = {}
-        self._shown: tuple[_Wanted, Embedding, PaintedMap] | None = None
         self._settings = ""
-        self._began_at = self._last_change
         self._latencies: deque[float] = deque(maxlen=_ROUNDS)
-        self._durations: deque[float] = deque(maxlen=_ROUNDS)
-        self._worked = self._step_began = 0.0
 
     @property
     def latency(self) -> float:
@@ -102,137 +91,128 @@ class LiveEvaluation:
 
     @property
     def takes(self) -> float:
-        """The same by the clock, on a machine that may be busy with other things, but without breaks in the work; more
-        than any time before the first round, and when what is shown has been exchanged.
+        """Seconds that the next round is known to take at most: infinity before the first round, and when what is
+        shown has been exchanged.
         """
-        return median(self._durations) if self._durations and not self._repaint else inf
+        return self.latency if self._latencies and not self._repaint else inf
 
     @property
     def working(self) -> bool:
-        """Whether a round of work has begun and not come to its end."""
-        return self._steps is not None
+        """True while a round of work has begun and not come to its end."""
+        return self._work is not None
 
     @property
     def painted(self) -> bool:
-        """Whether the map is there, or cannot be, and nothing is left of the work but to count what it shows."""
-        return self._steps is None and not self._stale
+        """True if the map is there, or cannot be, and nothing is left of the work but to count what it shows."""
+        return self._work is None and not self._stale
 
     @property
     def done(self) -> bool:
-        """Whether nothing is left to do."""
+        """True if nothing is left to do."""
         return self.painted and self._uncounted is None
 
     @property
     def waiting(self) -> bool:
-        """Whether there was a change that the work does not know of."""
+        """True if there was a change that the work does not know of."""
         return self._stale
 
     def change(self, restart: bool = True) -> None:
-        """Something has changed.
+        """Note that something has changed.
 
         A round that has begun is given up and starts again, unless ``restart`` is False: then it comes to its end
         first, so that the map follows while changes never cease.
         """
-        self._stale, self._last_change = True, time.perf_counter()
+        now = time.perf_counter()
+        if self.painted:
+            self.behind_since = now
+        self._stale, self.last_change = True, now
         if restart:
             self.stop()
 
     def forget(self) -> None:
-        """Blender's data has been exchanged, by undo for example: the floor may show anything."""
-        self._memory.clear()
+        """Note that undo or redo has exchanged Blender's data: the floor may show anything."""
         self._repaint = True
         self.change()
 
     def notice_settings(self, scene) -> bool:
-        """Whether settings differ from those that were seen last: Blender does not tell of them."""
+        """Return True if settings differ from those seen last, of whose changes Blender does not notify anybody."""
         seen = f"{environment_settings_fingerprint(scene)} {scene.wayfarer.map.key}"
         seen, self._settings = self._settings, seen
         return seen != self._settings
 
     def stop(self) -> None:
         """Give up the round that has begun."""
-        if self._steps is not None:
-            self._steps.close()
-            self._steps, self._stale = None, True
+        if self._work is not None:
+            self._work.close()
+            self._work, self._stale = None, True
 
     def step(self, scene, depsgraph, budget: float, map_only: bool = False) -> bool:
-        """Work for about ``budget`` seconds; True when the map is as the scene wants it, or cannot be.
+        """Work for about ``budget`` seconds; return True when the map is as the scene wants it, or cannot be.
 
         It also returns when the map is painted, so that this can be shown before it is counted. With ``map_only`` the
-        embedding stays as it is, whatever has changed since it was made. What is wrong with the scene is told by
-        ``error``; nothing is raised for it, and what is shown stays.
+        embedding stays as it is, whatever has changed since it was made. What is wrong with the scene is in ``error``;
+        nothing is raised for it, and what is shown stays.
         """
-        self._step_began = time.perf_counter()
-        until = self._step_began + budget
+        until = time.perf_counter() + budget
+        # The search for cyclic garbage goes through all that Blender and its extensions ever made, which takes half as
+        # long as the work, and the work leaves no cycles behind.
+        collects = gc.isenabled()
+        gc.disable()
         try:
-            with _no_search_for_cycles():
-                if self.painted:
-                    self._count(scene)
-                elif self._steps is None:
-                    self._begin(scene, depsgraph, map_only)
-                while self._steps is not None:
-                    try:
-                        next(self._steps)
-                    except StopIteration as stop:
-                        self._steps = None
-                        self._finish(scene, *stop.value)
-                    if time.perf_counter() >= until:
-                        break
+            if self.painted:
+                self._count(scene)
+            elif self._work is None:
+                self._begin(scene, depsgraph, map_only)
+            if self._work is not None and self._work.advance(until - time.perf_counter()):
+                done, self._work = self._work.result, None
+                self._finish(scene, *done)
         except MotionGraphError as error:
-            self._steps, self.error = None, str(error)
+            self._work, self.error = None, str(error)
         except BaseException:
             # Not handled here, but the round is over: nothing goes on from where it broke.
-            self._steps, self._stale, self._uncounted = None, False, None
+            self._work, self._stale, self._uncounted = None, False, None
             raise
         finally:
-            self._worked += time.perf_counter() - self._step_began
+            if collects:
+                gc.enable()
         return self.done
 
     def _begin(self, scene, depsgraph, map_only: bool) -> None:
         """Gather what the scene wants, and begin to work if it is something else than it has."""
-        self._stale, self._spent, self._worked = False, {}, 0.0
-        found, settings = results(scene), scene.wayfarer
+        self._stale, self._spent, self.error = False, {}, ""
+        found, settings, memory = results(scene), scene.wayfarer, shape_memory(scene)
         if found.graph is None or found.embedding is None:
             self.error = "Embed the motion graph first"
             return
-        self._began_at = self._last_change
+        self._began_at = self.last_change
         started = time.thread_time()
         self.notice_settings(scene)
-        made_from = found.made_from["embedding"]
-        shapes = None if map_only else read_shapes(scene, depsgraph, self._memory)
-        if shapes is None:
-            wanted = _Wanted(id(found.graph), *made_from, settings.map.key)
-        else:
+        described, shapes = found.made_from["embedding"], None
+        if not map_only:
+            shapes = read_shapes(scene, depsgraph, memory)
             described = environment_settings_fingerprint(scene), shapes.fingerprint
-            wanted = _Wanted(id(found.graph), *described, settings.map.key)
         self._spent["read"] = time.thread_time() - started
-        fits = map_only or (found.embedding.graph is found.graph and made_from == (wanted.settings, wanted.shapes))
+        fits = map_only or (found.embedding.graph is found.graph and found.made_from["embedding"] == described)
         embedding, key = found.painted or (None, "")
-        painted = embedding is found.embedding and key == wanted.map_key and find_floor(scene) is not None
-        self.error = ""
-        if fits and painted and not self._repaint:
-            return
-        shown = self._shown
-        # What fits may have been pruned since.
-        if fits and self._repaint and shown is not None and shown[0] == wanted and shown[1] is found.embedding:
-            paint_floor(scene, found.embedding, shown[2], wanted.map_key, settings.map.offset)
-            self._repaint = False
+        is_painted = embedding is found.embedding and key == settings.map.key and find_floor(scene) is not None
+        if fits and is_painted and not self._repaint:
             return
         task = _Round(
-            wanted=wanted,
             graph=found.graph,
             shapes=shapes,
-            environment=None if fits or shapes is None else make_environment_steps(scene, shapes, self._memory),
+            environment=None if fits or shapes is None else make_environment_steps(scene, shapes, memory),
+            settings_seen=described[0],
             settings=settings.embedding.to_core(),
             previous=found.whole,
             up_to_date=found.embedding if fits else None,
             kind=settings.map.kind,
             options=settings.map.to_core(),
+            map_key=settings.map.key,
             offset=settings.map.offset,
         )
-        self._steps = self._work(task)
+        self._work = Slices(self._steps(task))
 
-    def _work(self, task: _Round) -> Generator[Progress, None, tuple[_Round, Embedding, PaintedMap]]:
+    def _steps(self, task: _Round) -> Generator[Progress, None, tuple[_Round, Embedding, PaintedMap]]:
         embedding = task.up_to_date
         if embedding is None:
             environment = yield from self._timed("environment", task.environment)
@@ -242,7 +222,7 @@ class LiveEvaluation:
         return task, embedding, painted
 
     def _timed(self, phase: str, steps):
-        """The same steps, with the time that they take."""
+        """Yield from the steps of a phase, and add up the time that they take."""
         while True:
             started = time.thread_time()
             try:
@@ -254,13 +234,13 @@ class LiveEvaluation:
             yield progress
 
     def _finish(self, scene, task: _Round, embedding: Embedding, painted: PaintedMap) -> None:
-        found, settings = results(scene), scene.wayfarer
+        found = results(scene)
         if task.up_to_date is not None:
             still = found.embedding is task.up_to_date
         else:
-            still = environment_settings_fingerprint(scene) == task.wanted.settings and found.graph is task.graph
+            still = environment_settings_fingerprint(scene) == task.settings_seen and found.graph is task.graph
         if not still:
-            # Changed under the work, and nobody told us.
+            # Changed under the work, without a call of change.
             self._stale = True
             return
         started = time.thread_time()
@@ -268,16 +248,13 @@ class LiveEvaluation:
             keep_embedding(scene, embedding, task.shapes)
             # Later: the map does not depend on it.
             self._uncounted = embedding
-        paint_floor(scene, embedding, painted, task.wanted.map_key, task.offset)
-        self._shown = task.wanted, embedding, painted
+        paint_floor(scene, embedding, painted, task.map_key, task.offset)
         self._repaint = False
         self._spent["paint"] = time.thread_time() - started
         self._latencies.append(sum(self._spent.values()))
-        now = time.perf_counter()
-        self._durations.append(self._worked + now - self._step_began)
-        self.written, self.changed_at = now - self._began_at, self._began_at
+        self.written, self.changed_at = time.perf_counter() - self._began_at, self._began_at
         self.seconds = self._spent
-        if settings.map.key != task.wanted.map_key:
+        if scene.wayfarer.map.key != task.map_key:
             self._stale = True
 
     def _count(self, scene) -> None:
@@ -289,17 +266,3 @@ class LiveEvaluation:
         started = time.thread_time()
         found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
         self.seconds["count"] = time.thread_time() - started
-
-
-@contextmanager
-def _no_search_for_cycles() -> Iterator[None]:
-    """Python looks for cyclic garbage after so many new objects, at times through all that Blender and its extensions
-    ever made: as long again as half the work, which leaves no cycles behind.
-    """
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()

@@ -3,7 +3,8 @@
 from ..jobs import LongOperator
 from ..results.advice import stale_advice
 from ..results.findings.finding import Finding, keep_finding
-from ..results.state import embedding_of, redraw, results
+from ..results.state import embedding_of, results
+from ..session import redraw
 
 _REPORTED = 4
 """Numbers that the status bar has room for; the panel shows all of them."""

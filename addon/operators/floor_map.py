@@ -1,18 +1,17 @@
 """The map on the floor, and the numbers of a place under the mouse."""
 
-import time
-
 import bpy
 
 from ...core.errors import EvaluationError
 from ...core.evaluation.place import PlaceReport, place_report
 from ...core.evaluation.why_not import why_not_steps
 from ...core.progress import finish
-from ..jobs import LongOperator
+from ..jobs import LongOperator, Slices
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
 from ..render.viewport import show_colors
 from ..results.painting import paint_floor
-from ..results.state import embedding_of, redraw, results
+from ..results.state import embedding_of, results
+from ..session import redraw
 from .asks_embedding import LooksAtEmbedding
 from .mixins import PicksOnFloor, clicked, ground_under, reports_errors, viewport_under
 
@@ -75,7 +74,8 @@ class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator)
         self._keep(scene, report)
 
     def begin(self, context):
-        self._embedding, self._reasons, self._work = None, None, None
+        self._embedding = None
+        self._work: Slices | None = None
         self._report: PlaceReport | None = None
         self._lines: list[str] = []
         # The pointer is compared, never followed.
@@ -102,18 +102,10 @@ class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator)
         return {"PASS_THROUGH"}
 
     def _find_reasons(self, embedding) -> None:
-        """A slice of the work on the reasons; the other numbers do not wait for it."""
-        if embedding is not self._embedding:
-            self._embedding, self._reasons, self._work = embedding, None, why_not_steps(embedding)
-        if self._work is None:
-            return
-        until = time.perf_counter() + _SLICE
-        while time.perf_counter() < until:
-            try:
-                next(self._work)
-            except StopIteration as stop:
-                self._reasons, self._work = stop.value, None
-                return
+        """Work on the reasons for a slice; the other numbers do not wait for them."""
+        if self._work is None or embedding is not self._embedding:
+            self._embedding, self._work = embedding, Slices(why_not_steps(embedding))
+        self._work.advance(_SLICE)
 
     def _look(self, context, event, embedding) -> None:
         region = viewport_under(context, event)
@@ -122,7 +114,8 @@ class WAYFARER_OT_pick_place(LooksAtEmbedding, PicksOnFloor, bpy.types.Operator)
             x, y = event.mouse_x - region.x, event.mouse_y - region.y
             place = ground_under(region, context.space_data.region_3d, (x, y), results(context.scene).ground_height)
             if place is not None:
-                reasons = self._reasons if embedding is self._embedding else None
+                work = self._work if embedding is self._embedding else None
+                reasons = work.result if work is not None and work.done else None
                 self._report = place_report(embedding, *place, reasons=reasons)
             self._mouse = x, y
         if self._report is not None:

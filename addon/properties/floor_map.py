@@ -1,6 +1,5 @@
 """What is painted on the floor."""
 
-from collections.abc import Callable
 from typing import cast
 
 import bpy
@@ -8,19 +7,17 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ...core.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
 from ...core.maps.colors import Palette
+from ..session import SESSION
 from .enums import enum_items
 from .graph_names import segment_names
 
-__all__ = ["CHANGE_LISTENERS", "CLASSES", "MapQuantity", "WayfarerMapSettings"]
-
-CHANGE_LISTENERS: list[Callable[[bpy.types.Scene], None]] = []
-"""Called with the scene when someone changes a setting of its map."""
+__all__ = ["CLASSES", "MapQuantity", "WayfarerMapSettings"]
 
 
 def map_changed(settings, _) -> None:
-    """Update callback of settings that the map depends on."""
-    for listener in CHANGE_LISTENERS:
-        listener(settings.id_data)
+    """Notify the session of a change: the update callback of settings that the map depends on."""
+    for listener in SESSION.listeners:
+        listener.map_changed(settings.id_data)
 
 
 class WayfarerMapSettings(bpy.types.PropertyGroup):

@@ -1,27 +1,7 @@
 """What is drawn over the viewport."""
 
-from enum import Enum
-
 import bpy
-from bpy.props import BoolProperty, EnumProperty, StringProperty
-
-
-class ShowEnvironment(Enum):
-    """In which viewports the environment is in sight.
-
-    Files keep the numbers; 0 and 1 are what they kept while this was a check box, which could be off and on.
-    """
-
-    NEVER = 0
-    ALWAYS = 1
-    WITH_PANEL = 2
-
-
-_SHOW_ENVIRONMENT = {
-    ShowEnvironment.WITH_PANEL: ("While Panel Is Open", "In each viewport while this panel is open in its sidebar"),
-    ShowEnvironment.ALWAYS: ("Always", "In all viewports, whatever their sidebars show"),
-    ShowEnvironment.NEVER: ("Never", "In no viewport"),
-}
+from bpy.props import BoolProperty, StringProperty
 
 
 class WayfarerOverlaySettings(bpy.types.PropertyGroup):
@@ -33,15 +13,12 @@ class WayfarerOverlaySettings(bpy.types.PropertyGroup):
         default=True,
         options=set(),
     )
-    show_environment: EnumProperty(
-        items=[
-            (kind.name, label, description, "NONE", kind.value)
-            for kind, (label, description) in _SHOW_ENVIRONMENT.items()
-        ],
-        name="In Viewport",
-        description="When to draw the ground rectangle, what obstacles block, the regions and the size of the "
-        "character at the 3D cursor",
-        default=ShowEnvironment.WITH_PANEL.name,
+    # It was a choice once: files keep 0 for never, 1 for always and 2 for while the panel is open, which is read as on.
+    show_environment: BoolProperty(
+        name="Show in Viewport",
+        description="Draw the ground rectangle, what obstacles block, the regions and the size of the character at the "
+        "3D cursor",
+        default=False,
         options=set(),
     )
     place: StringProperty(

@@ -31,7 +31,7 @@ from ...core.motion.graph_summary import summarize
 from ...core.playback.walk import Walk
 from ...core.tuning.pruning import pruning_from_plain, pruning_to_plain
 from ..examination import ClipMotion
-from ..scene.changes import start_timer, stop_timer
+from ..session import SESSION, start_timer, stop_timer
 from .state import (
     MARK,
     OutdatedWalk,
@@ -41,10 +41,10 @@ from .state import (
     find_walk,
     has_pending,
     has_results,
-    keep_pending,
     played_by,
     results,
 )
+from .watch import look_again
 
 PROPERTY = "wayfarer_results"
 """Custom property of scenes in files: a group of bytes, of one text in JSON and of their checksum."""
@@ -157,19 +157,22 @@ def walk_from_bytes(raw: bytes, embedding: Embedding) -> Walk:
 # ------------------------------------------------------------------------------------------------ reading
 
 
-def decoded_results(scene, stored: dict[str, bytes | str], found: SceneResults) -> None:
-    """Fill in the results that a file holds for a scene; ``found.problem`` says what cannot be used."""
+def decoded_results(scene, stored: dict[str, bytes | str]) -> SceneResults:
+    """Return the results that a file holds for a scene; their ``problem`` says what cannot be used."""
+    size = stored_bytes(stored)
     try:
+        found = SceneResults(stored_bytes=size)
         header = json.loads(stored["header"])
         if header["version"] > _VERSION:
             raise WalkError("they were saved by a later version of Wayfarer; update the extension")
         if stored[_CHECKSUM] != checksum(stored):
             raise WalkError("they are damaged: their checksum does not match")
         _decode(scene, stored, header, found)
+        return found
     except (*DAMAGE, MemoryError) as error:
         # Nothing by halves: what was filled in before the trouble came is of no use.
         problem = f"The results that were saved with this scene cannot be used: {_phrase(error)}. Compute anew"
-        vars(found).update(vars(SceneResults(problem=problem, unread=stored, stored_bytes=found.stored_bytes)))
+        return SceneResults(problem=problem, unread=stored, stored_bytes=size)
 
 
 def _decode(scene, stored, header, found: SceneResults) -> None:
@@ -312,12 +315,12 @@ def _keep(scene, group) -> None:
     stored: dict[str, Any] = {name: part for name, part in found.items() if isinstance(part, bytes | str | int | float)}
     uid = scene.session_uid
 
-    def read(found: SceneResults) -> None:
-        found.stored_bytes = stored_bytes(stored)
+    def read() -> SceneResults:
         own = next(scene for scene in bpy.data.scenes if scene.session_uid == uid)
-        decoded_results(own, stored, found)
+        return decoded_results(own, stored)
 
-    keep_pending(scene, read)
+    SESSION.put(scene, SceneResults(pending=read))
+    look_again()
 
 
 def stored_bytes(parts: dict[str, bytes | str]) -> int:

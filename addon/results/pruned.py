@@ -1,18 +1,18 @@
-"""The scene's embedding, pruned and whole again: what is used by maps, walks and questions.
+"""The scene's embedding, pruned and whole again, as maps, walks and questions use it.
 
-Which of the two it is is written in the scene's settings, so that undo and redo change it, too.
+The scene's settings hold the mark of the pruned embedding in use, so that undo and redo change it, too.
 """
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.size import EmbeddingSize
 from ...core.evaluation.variability import coverage_share
 from ...core.tuning.pruning import Pruning
 from ..properties.floor_map import map_changed
+from ..session import SESSION, Listener, redraw
 from .findings.finding import mark_of
-from .state import has_pending, redraw, results
+from .store import has_pending, results
 
 _REMEMBERED = 3
 """Pruned embeddings that redo can come back to."""
@@ -46,9 +46,8 @@ def _use(scene, embedding: Embedding, whole: Embedding, size: EmbeddingSize) -> 
     map_changed(scene.wayfarer.map, None)
 
 
-@persistent
-def _on_exchange(*_) -> None:
-    """Undo and redo: the settings say which embedding the scene has."""
+def _on_exchange() -> None:
+    """Note undo or redo: the settings say which embedding the scene has."""
     for scene in bpy.data.scenes:
         if scene.library is not None or has_pending(scene):
             continue
@@ -63,14 +62,12 @@ def _on_exchange(*_) -> None:
     redraw()
 
 
-_HANDLERS = ("undo_post", "redo_post")
+_LISTENER = Listener(exchanged=_on_exchange)
 
 
 def register():
-    for name in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(_on_exchange)
+    SESSION.listeners.append(_LISTENER)
 
 
 def unregister():
-    for name in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(_on_exchange)
+    SESSION.listeners.remove(_LISTENER)

@@ -10,10 +10,8 @@ whoever undoes it, or deletes it, has it no longer.
 """
 
 import uuid
-from collections.abc import Callable
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.why_not import LostLinks
@@ -32,28 +30,23 @@ from ..scene.inputs import (
     environment_settings_fingerprint,
     graph_settings_fingerprint,
 )
+from ..session import REMEMBERED, SESSION, Listener
 from .store import (
-    REMEMBERED,
     OutdatedWalk,
     SceneResults,
-    await_results,
     embedded_graph,
     embedding_of,
-    forget_all,
     graph_of,
     has_pending,
     has_results,
-    is_known,
     is_walk,
-    n_kept,
     results,
     walk_of,
     whole_of,
 )
-from .watch import AT_WORK, action_as_seen, data_as_seen, on_change, redraw
+from .watch import action_as_seen, data_as_seen, look_again
 
 __all__ = [
-    "AT_WORK",
     "MARK",
     "NEWLY_MADE",
     "OutdatedWalk",
@@ -77,14 +70,11 @@ __all__ = [
     "keep_health",
     "keep_motion",
     "keep_painted",
-    "keep_pending",
     "keep_walk",
     "lost_links",
     "map_is_stale",
     "motion_of",
-    "n_kept",
     "played_by",
-    "redraw",
     "register",
     "results",
     "unregister",
@@ -98,12 +88,6 @@ MARK = "wayfarer_result"
 """Custom property of the floor and of baked walks: which result they show."""
 
 NEWLY_MADE = {"graph": "The motion graph was built anew", "embedding": "The motion graph was embedded anew"}
-
-
-def keep_pending(scene, read: Callable[[SceneResults], None]) -> None:
-    """Results of a scene that ``read`` fills in when they are asked for first."""
-    await_results(scene, read)
-    on_change()
 
 
 def keep_health(scene, action: str, seen: str, health: ClipHealth) -> None:
@@ -326,13 +310,12 @@ def walk_is_stale(scene) -> bool:
     return bool(walk_changes(scene))
 
 
-@persistent
-def _on_exchange(*_) -> None:
-    """Undo and redo: what floor and walk show now is what they are marked with."""
+def _on_exchange() -> None:
+    """Note undo or redo: what floor and walk show now is what they are marked with."""
     for scene in bpy.data.scenes:
-        if is_known(scene) and not has_pending(scene):
+        if SESSION.known(scene, SceneResults) is not None and not has_pending(scene):
             _follow_marks(scene)
-    on_change()
+    look_again()
 
 
 def _follow_marks(scene) -> None:
@@ -350,26 +333,14 @@ def _follow_marks(scene) -> None:
         found.summary.update(numbers)
 
 
-@persistent
-def _on_load(*_) -> None:
-    forget_all()
-
-
-_HANDLERS = (
-    ("undo_post", _on_exchange),
-    ("redo_post", _on_exchange),
-    ("load_pre", _on_load),
-)
+_LISTENER = Listener(exchanged=_on_exchange)
 
 
 def register():
     SOURCE.graph_of = embedded_graph
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+    SESSION.listeners.append(_LISTENER)
 
 
 def unregister():
-    for name, handler in reversed(_HANDLERS):
-        getattr(bpy.app.handlers, name).remove(handler)
-    forget_all()
+    SESSION.listeners.remove(_LISTENER)
     SOURCE.clear()

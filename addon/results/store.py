@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-import bpy
-
 from ...core.embedding.embedding import Embedding
 from ...core.errors import MotionGraphError
 from ...core.evaluation.why_not import LostLinks
@@ -18,9 +16,7 @@ from ...core.playback.walk import Walk
 from ...core.tuning.pruning import Pruning
 from ..examination import ClipHealth, ClipMotion
 from ..render.contact_strip import ContactShares
-
-REMEMBERED = 3
-"""Painted maps, walks and deleted scenes that undo can come back to."""
+from ..session import SESSION
 
 _Result = TypeVar("_Result")
 
@@ -71,7 +67,7 @@ class SceneResults:
     summary: dict[str, Any] = field(default_factory=dict)
     marked: dict[str, Any] = field(default_factory=dict)
     prunings: list[Pruning] = field(default_factory=list)
-    pending: Callable[["SceneResults"], None] | None = None
+    pending: Callable[[], "SceneResults"] | None = None
     problem: str = ""
     unread: dict[str, Any] = field(default_factory=dict)
     encoded: dict[str, tuple[Any, bytes]] = field(default_factory=dict)
@@ -99,18 +95,13 @@ def is_walk(shown: tuple) -> bool:
     return isinstance(shown[0], Walk | OutdatedWalk)
 
 
-_by_scene: dict[int, SceneResults] = {}
-
-
 def results(scene) -> SceneResults:
-    """The results of a scene, empty at first."""
-    found = _by_scene.get(scene.session_uid)
-    if found is None:
-        found = _by_scene[scene.session_uid] = SceneResults()
-        _forget_gone()
+    """Return the results of a scene, empty at first."""
+    found = SESSION.of(scene, SceneResults)
     if found.pending is not None:
         pending, found.pending = found.pending, None
-        pending(found)
+        found = pending()
+        SESSION.put(scene, found)
     return found
 
 
@@ -147,42 +138,13 @@ def _there(result: _Result | None, remedy: str) -> _Result:
     return result
 
 
-def _forget_gone() -> None:
-    """Forget scenes that were deleted, but for the last few: undo brings them back."""
-    present = {scene.session_uid for scene in bpy.data.scenes}
-    gone = [uid for uid in _by_scene if uid not in present]
-    for uid in gone[:-REMEMBERED]:
-        del _by_scene[uid]
-
-
-def n_kept() -> int:
-    """Of how many scenes there are results in memory."""
-    return len(_by_scene)
-
-
-def await_results(scene, read: Callable[[SceneResults], None]) -> None:
-    """Results of a scene that ``read`` fills in when they are asked for first."""
-    _by_scene[scene.session_uid] = SceneResults(pending=read)
-    _forget_gone()
-
-
 def has_pending(scene) -> bool:
-    """Whether results were saved with the scene that nobody has asked for yet."""
-    found = _by_scene.get(scene.session_uid)
+    """Return True if results were saved with the scene that nobody has asked for yet."""
+    found = SESSION.known(scene, SceneResults)
     return found is not None and found.pending is not None
 
 
 def has_results(scene) -> bool:
-    """Whether there are results of a scene, read or not yet read."""
-    found = _by_scene.get(scene.session_uid)
+    """Return True if there are results of a scene, read or not yet read."""
+    found = SESSION.known(scene, SceneResults)
     return found is not None and (found.pending is not None or found.graph is not None or bool(found.problem))
-
-
-def is_known(scene) -> bool:
-    """Whether anything was ever computed, or read, for the scene."""
-    return scene.session_uid in _by_scene
-
-
-def forget_all() -> None:
-    """Forget the results of all scenes: another file is about to be opened."""
-    _by_scene.clear()

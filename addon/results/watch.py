@@ -5,18 +5,19 @@ things have come to rest, in slices, so that dragging an obstacle stays fluid an
 the background whenever they are asked for.
 """
 
-import time
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Generator
+from dataclasses import dataclass
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ...core.errors import MotionGraphError
-from ..scene.changes import LISTENERS, Listener, shape_memory
+from ...core.progress import Progress, finish
+from ..jobs import Slices
+from ..scene.changes import shape_memory
 from ..scene.inputs import read_shapes
 from ..scene.motion_fingerprint import action_fingerprint, actions_fingerprint
-from .store import is_known, n_kept, results
+from ..session import SESSION, Listener, redraw, start_timer, stop_timer
+from .store import SceneResults, results
 
 _SETTLED = 0.25
 """Seconds without a further change after which fingerprints are taken anew."""
@@ -25,13 +26,11 @@ _SLICE = 0.02
 _TICK = 0.005
 """Seconds of taking them, and of everything else between two slices of it."""
 
-_END = object()
-
 
 def data_as_seen(scene, kind: str) -> str:
     """The fingerprint of what the scene's result of a kind would be made from: "graph" or "embedding"."""
     if bpy.app.background:
-        _look(scene)
+        finish(_look_steps(scene))
     return results(scene).present[kind]
 
 
@@ -43,14 +42,10 @@ def action_as_seen(scene, action) -> str:
     return found.actions.get(action.name, "")
 
 
-def _look(scene) -> None:
-    """Take the fingerprints of the scene's actions and shapes."""
-    for _ in _look_steps(scene):
-        pass
-
-
-def _look_steps(scene) -> Iterator[None]:
-    """The same, an action between two yields: hundreds of them take seconds. What plays is looked at first."""
+def _look_steps(scene) -> Generator[Progress, None, None]:
+    """Take the fingerprints of the scene's shapes and actions, one action between two yields: hundreds of them take
+    seconds. What plays is looked at first.
+    """
     found = results(scene)
     if found.embedding is not None:
         try:
@@ -59,7 +54,7 @@ def _look_steps(scene) -> Iterator[None]:
             # The ground is gone, or a region is: whatever the embedding was made from, it was not this.
             shapes = str(error)
         found.present["embedding"] = shapes
-        yield
+        yield Progress(0.0, "Reading shapes")
     character = scene.wayfarer.character
     playing = character.animation_data.action if character and character.animation_data else None
     actions = {clip.action for clip in scene.wayfarer.clips if clip.action and clip.action.name in found.actions}
@@ -73,78 +68,54 @@ def _look_steps(scene) -> Iterator[None]:
             found.actions[action.name] = action_fingerprint(scene, action)
         if found.graph is not None and place == 0:
             found.present["graph"] = actions_fingerprint(scene, found.actions)
-        yield
+        yield Progress(place / len(order), "Reading actions")
     if found.graph is not None:
         found.present["graph"] = actions_fingerprint(scene, found.actions)
 
 
-AT_WORK: list[Callable[[Any], bool]] = []
-"""Called with a scene: whether its results are being brought up to date at this moment, so that looking must wait."""
+@dataclass
+class _Looking:
+    """The scene that is being looked at, by its session id, and what is left to do."""
 
-
-_looking: tuple[int, Iterator[None]] | None = None
-"""The scene that is being looked at, by its session id, and what is left to do."""
+    scene: int = 0
+    work: Slices | None = None
 
 
 def _settle() -> float | None:
-    """Timer: the changes have come to an end."""
-    global _looking
-    scene = bpy.context.scene
-    if scene is None or not is_known(scene):
-        _looking = None
+    """Look at the scene: the changes have come to an end."""
+    scene, looking = bpy.context.scene, SESSION.of(None, _Looking)
+    if scene is None or SESSION.known(scene, SceneResults) is None:
         return None
-    if any(at_work(scene) for at_work in AT_WORK):
+    if any(listener.is_busy(scene) for listener in SESSION.listeners):
         return _SETTLED
-    if _looking is None or _looking[0] != scene.session_uid:
-        _looking = scene.session_uid, _look_steps(scene)
-    until = time.perf_counter() + _SLICE
-    while time.perf_counter() < until:
-        if _looking is None:
-            # Evaluating the scene brought a change to light: that has set the timer anew.
-            return None
-        if next(_looking[1], _END) is _END:
-            _looking = None
-            redraw()
-            return None
-    return _TICK
+    work = looking.work
+    if work is None or looking.scene != scene.session_uid:
+        work = looking.work = Slices(_look_steps(scene))
+        looking.scene = scene.session_uid
+    is_done = work.advance(_SLICE)
+    if looking.work is not work:
+        # Evaluating the scene brought a change to light: that has set the timer anew.
+        return None
+    if is_done:
+        looking.work = None
+        redraw()
+    return None if is_done else _TICK
 
 
-def redraw() -> None:
-    """Have all panels drawn anew."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+def look_again(*_) -> None:
+    """Look anew when things have come to rest, from the start: something has changed."""
+    SESSION.of(None, _Looking).work = None
+    if SESSION.all(SceneResults):
+        start_timer(_settle, _SETTLED)
 
 
-def on_change(*_) -> None:
-    """Something has changed: look anew when things have come to rest."""
-    global _looking
-    # Whatever was being looked at may have changed: from the start.
-    _looking = None
-    if bpy.app.background or not n_kept():
-        return
-    if bpy.app.timers.is_registered(_settle):
-        bpy.app.timers.unregister(_settle)
-    bpy.app.timers.register(_settle, first_interval=_SETTLED)
-
-
-@persistent
-def _on_load(*_) -> None:
-    global _looking
-    _looking = None
-
-
-_LISTENER = Listener(changed=on_change)
+_LISTENER = Listener(changed=look_again)
 
 
 def register():
-    bpy.app.handlers.load_pre.append(_on_load)
-    LISTENERS.append(_LISTENER)
+    SESSION.listeners.append(_LISTENER)
 
 
 def unregister():
-    if bpy.app.timers.is_registered(_settle):
-        bpy.app.timers.unregister(_settle)
-    LISTENERS.remove(_LISTENER)
-    bpy.app.handlers.load_pre.remove(_on_load)
+    stop_timer(_settle)
+    SESSION.listeners.remove(_LISTENER)

@@ -26,6 +26,7 @@ from bl_ext.user_default.wayfarer.addon.scene.inputs import (
     read_shapes,
 )
 from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import actions_fingerprint
+from bl_ext.user_default.wayfarer.addon.session import SESSION
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.errors import SceneError
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
@@ -189,7 +190,7 @@ def an_episode(artist: Artist, seen: Counter, capfd) -> None:
         assert our_handlers() == handlers, "handlers pile up"
         if artist.random.random() < 0.3:
             seen.update(f"fresh {kind}" for kind in assert_fresh_is_fresh())
-    assert state.n_kept() <= len(bpy.data.scenes) + 4, "results of scenes that are gone pile up"
+    assert len(SESSION.all(state.SceneResults)) <= len(bpy.data.scenes) + 4, "results of scenes that are gone pile up"
 
 
 def test_random_steps(small_file, tmp_path, capfd):

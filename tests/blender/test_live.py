@@ -1,7 +1,5 @@
 """Live evaluation: the map follows the scene, without a step of undo and without reading what did not change."""
 
-import inspect
-
 import bpy
 import numpy as np
 import pytest
@@ -14,6 +12,7 @@ from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_le
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.scene import changes as scene_changes
 from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
+from bl_ext.user_default.wayfarer.addon.session import SESSION, Listener
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.evaluation.variability import floor_variability
 
@@ -185,7 +184,7 @@ def before_drawing():
     bpy.app.handlers.depsgraph_update_post.append(handler)
     yield answers
     bpy.app.handlers.depsgraph_update_post.remove(handler)
-    live._pictures.clear()
+    live.pictures().seconds.clear()
 
 
 def ready(pictures=100.0) -> LiveEvaluation:
@@ -194,8 +193,8 @@ def ready(pictures=100.0) -> LiveEvaluation:
     move(x=0.01)
     evaluation.change()
     run(evaluation)
-    live._pictures.append(pictures)
-    evaluation._durations.extend([0.01] * 3)
+    live.pictures().seconds.append(pictures)
+    evaluation._latencies.extend([0.01] * 3)
     return evaluation
 
 
@@ -229,16 +228,16 @@ def test_the_map_is_in_the_same_evaluation_as_the_change(settings, before_drawin
 def test_what_does_not_come_in_time_is_left_to_the_timer(settings, before_drawing, monkeypatch):
     monkeypatch.setattr(live, "FOLLOWS", 60.0)
     evaluation = ready(pictures=0.001)
-    evaluation._durations.extend([0.1] * 3)
+    evaluation._latencies.extend([0.1] * 3)
     before_drawing.clear()
     colors = painted()
     move()
     assert before_drawing == [False] and evaluation.waiting
     # It may have time, but stops when that is over.
     monkeypatch.setattr(live, "FOLLOWS", 0.0)
-    live._pictures.append(100.0)
-    live._pictures.append(100.0)
-    evaluation._durations.extend([0.0] * 3)
+    live.pictures().seconds.append(100.0)
+    live.pictures().seconds.append(100.0)
+    evaluation._latencies.extend([0.0] * 3)
     move()
     assert before_drawing == [False, False] and evaluation.working
     np.testing.assert_array_equal(painted(), colors)
@@ -249,10 +248,10 @@ def test_what_does_not_come_in_time_is_left_to_the_timer(settings, before_drawin
 @pytest.mark.parametrize(("pictures", "in_time"), [(0.02, False), (0.06, True), (1.0, True)])
 def test_what_is_moved_waits_for_the_map_no_longer_than_for_two_pictures(settings, pictures, in_time):
     evaluation = ready(pictures)
-    evaluation._durations.extend([0.1] * 3)
-    live._pictures.extend([pictures] * live._PICTURES)
+    evaluation._latencies.extend([0.1] * 3)
+    live.pictures().seconds.extend([pictures] * live._PICTURES)
     assert live.may_work_before_drawing(bpy.context.scene, bpy.context.view_layer) == in_time
-    live._pictures.clear()
+    live.pictures().seconds.clear()
 
 
 def test_nothing_is_painted_while_others_are_at_work(settings, before_drawing, monkeypatch):
@@ -279,30 +278,20 @@ def test_nothing_is_painted_while_others_are_at_work(settings, before_drawing, m
     bpy.ops.ed.undo_push(message="two")
     before_drawing.clear()
     asked = []
-    seen = scene_changes.Listener(exchanged=lambda: asked.append(scene_changes.is_exchanging()))
-    scene_changes.LISTENERS.append(seen)
+    seen = Listener(
+        exchanging=lambda: asked.append(evaluation.painted),
+        exchanged=lambda: asked.append(evaluation.painted),
+    )
+    SESSION.listeners.append(seen)
     bpy.ops.ed.undo()
-    scene_changes.LISTENERS.remove(seen)
+    SESSION.listeners.remove(seen)
     scene, layer = bpy.context.scene, bpy.context.view_layer
-    assert asked == [False] and not any(before_drawing) and not may()
+    assert asked == [False, False] and not any(before_drawing) and not may()
     run(evaluation)
-    evaluation._durations.extend([0.01] * 3)
+    evaluation._latencies.extend([0.01] * 3)
     assert may()
     bpy.data.objects.remove(find_floor(scene))
     assert not may()
-
-
-def test_a_script_is_told_from_blender(settings):
-    """Whoever calls for an evaluation in Python may hold on to what it has found."""
-    callers = []
-
-    def handler(*_):
-        callers.append(inspect.currentframe().f_back)
-
-    bpy.app.handlers.depsgraph_update_post.append(handler)
-    move()
-    bpy.app.handlers.depsgraph_update_post.remove(handler)
-    assert callers and callers[0].f_code.co_name == "move"
 
 
 def test_a_walk_that_plays_moves_nothing_but_an_obstacle_does(settings):
@@ -312,7 +301,7 @@ def test_a_walk_that_plays_moves_nothing_but_an_obstacle_does(settings):
 
     def handler(scene, depsgraph):
         assert len(depsgraph.updates) > 0
-        moved.append(scene_changes._has_moved(scene, depsgraph))
+        moved.append(scene_changes.has_moved(scene, depsgraph))
 
     bpy.app.handlers.frame_change_post.append(handler)
     for frame in (2, 3, 30):

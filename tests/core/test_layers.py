@@ -38,6 +38,7 @@ FORBIDDEN = (
 # Each room of addon may import itself and those before it.
 ADDON_ROOMS = (
     "bridge",
+    "session",
     "jobs",
     "examination",
     "properties",

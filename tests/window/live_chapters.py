@@ -78,8 +78,15 @@ def time_changes(note) -> hand.Turns:
     note("status", module.status(bpy.context.scene)[0])
     keep_picture("11_live")
     with _all_the_time_in_the_world(module):
-        watch = yield from _change(pillar, start + _STEP, live)
+        yield from _take(pillar)
+        yield from _at_rest(live)
+        watch, place = _Watch(), pillar.matrix_world.translation
+        yield from hand.move(*hand.pixel_of((place.x + _STEP, place.y, 0.0)))
+        yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture", 120)
+        watch.end()
         note("one_picture", watch.picture == watch.first_picture)
+        yield from hand.press("LEFTMOUSE")
+        yield from hand.until(lambda: not hand.running(), "the pillar to be put down")
         yield from _at_rest(live)
         painted, pillar.location.x = colors(), start
         bpy.context.view_layer.update()
@@ -116,10 +123,7 @@ def drag_without_floor(note) -> hand.Turns:
     )
     bpy.data.batch_remove([floors.find_floor(bpy.context.scene)])
     start, location = pillar.matrix_world.translation.copy(), pillar.location.copy()
-    yield from hand.click(*hand.pixel_of(start))
-    yield from hand.move(*hand.pixel_of((start.x, start.y, 0.0)))
-    yield from hand.press("G")
-    yield from hand.until(lambda: "TRANSFORM_OT_translate" in hand.running(), "the pillar to be taken")
+    yield from _take(pillar)
     for step in range(5):
         yield from hand.move(*hand.pixel_of((start.x + 0.1 * step, start.y, 0.0)))
     settings().live = True
@@ -145,6 +149,15 @@ def drag_without_floor(note) -> hand.Turns:
     settings().live = False
     # Deselect it, so that its outline is not in the pictures that follow.
     yield from hand.press_in_viewport("A", alt=True)
+
+
+def _take(pillar) -> hand.Turns:
+    """Select a pillar by the mouse and take it by the key."""
+    x, y, z = pillar.matrix_world.translation
+    yield from hand.click(*hand.pixel_of((x, y, z)))
+    yield from hand.move(*hand.pixel_of((x, y, 0.0)))
+    yield from hand.press("G")
+    yield from hand.until(lambda: "TRANSFORM_OT_translate" in hand.running(), "the pillar to be taken")
 
 
 def _embed_with(threshold: tuple[str, int], live) -> hand.Turns:

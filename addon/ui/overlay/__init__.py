@@ -6,7 +6,7 @@ Draw handlers run at every redraw: they compute nothing, hold no reference to Bl
 import bpy
 
 from ...render.screen_box import guarded
-from .environment import draw_environment, notice_sidebar
+from .environment import draw_environment
 from .legend import draw_legend
 
 _handles = []
@@ -19,7 +19,6 @@ def register():
     for draw, region, moment in (
         (draw_legend, "WINDOW", "POST_PIXEL"),
         (draw_environment, "WINDOW", "POST_VIEW"),
-        (notice_sidebar, "UI", "POST_PIXEL"),
     ):
         handle = bpy.types.SpaceView3D.draw_handler_add(guarded(draw), (), region, moment)
         _handles.append((handle, region))

@@ -1,41 +1,42 @@
 """The environment in the viewport: ground, what is blocked, regions, and the size of the character."""
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
 import gpu
 from gpu_extras.batch import batch_for_shader
 
-from ...live.environment import EnvironmentView, environment_view, keep_looking
-from ...live.sight import sidebar_is_drawn, viewport_is_drawn
+from ...live.environment import EnvironmentView, environment_view, is_in_sight, look_soon
 from ...render.environment_lines import Lines, body_lines
+from ...session import SESSION
 
 _WIDTH = 2.0
 """Pixels at the interface's usual size."""
 
-_batches: dict[int, tuple[EnvironmentView, list]] = {}
 
+@dataclass
+class _Drawn:
+    """The view of a scene that was drawn last, as the GPU keeps it."""
 
-def notice_sidebar() -> None:
-    """Draws nothing: the sidebar has been drawn, and may show the panel or not show it any more."""
-    sidebar_is_drawn(bpy.context)
+    view: EnvironmentView | None = None
+    batches: list[tuple] = field(default_factory=list)
 
 
 def draw_environment() -> None:
     context = bpy.context
     scene, region = context.scene, context.region
-    if not viewport_is_drawn(context):
+    if not is_in_sight(scene, context.area):
         return
-    keep_looking()
+    look_soon()
     view, settings = environment_view(scene), scene.wayfarer
-    if scene.session_uid not in _batches or _batches[scene.session_uid][0] is not view:
-        _batches.clear()
-        _batches[scene.session_uid] = view, [line_batch(lines) for lines in view.lines]
+    drawn = SESSION.of(scene, _Drawn)
+    if drawn.view is not view:
+        drawn.view, drawn.batches = view, [line_batch(lines) for lines in view.lines]
     cursor = scene.cursor.location
     heading = settings.map.heading if settings.map.use_heading else None
     body = body_lines(cursor.x, cursor.y, view.ground_height, settings.environment.radius, heading)
-    batches = [*_batches[scene.session_uid][1], line_batch(body)]
-    draw_lines(batches, (region.width, region.height), context.preferences.system.ui_scale)
+    draw_lines([*drawn.batches, line_batch(body)], (region.width, region.height), context.preferences.system.ui_scale)
 
 
 def line_batch(lines: Lines) -> tuple:

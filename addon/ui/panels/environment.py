@@ -2,7 +2,6 @@
 
 import bpy
 
-from ...live.sight import panel_is_drawn
 from ...results.advice import environment_advice
 from .step import Sidebar, Step, draw_sentences, split_properties
 
@@ -15,8 +14,6 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
         return scene.wayfarer.environment.has_ground
 
     def draw(self, context):
-        if not self.is_popover:
-            panel_is_drawn(context)
         layout, settings = self.layout, context.scene.wayfarer.environment
         if not settings.has_ground:
             draw_sentences(context, layout, ["Choose a ground or obstacles, or add a sample scene"], "INFO")
