@@ -151,6 +151,13 @@ def random_steps(embedding, rng, n):
             yield k, cells[rng.integers(len(cells), size=int(np.ceil(share)))]
 
 
+def distance_of_steps(starts, path, box):
+    """How close a path comes to a box from any of the starts (m), or infinite if farther than twice the radius."""
+    reach = np.linalg.norm(path, axis=1).max(initial=0.0)
+    near = starts[box_distance(starts, box) < reach + 2 * RADIUS]
+    return box_distance((near[:, None] + path).reshape(-1, 2), box).min(initial=np.inf)
+
+
 def test_a_million_steps_keep_their_distance_in_exact_geometry(room):
     """Every frame of every edited path, and the middle between frames, in plane geometry without any grid."""
     stencils, grid, segments = room.unrolling.stencils, room.environment.grid, room.graph.segments
@@ -160,15 +167,14 @@ def test_a_million_steps_keep_their_distance_in_exact_geometry(room):
         path = edited_path(
             segment, int(stencils.heading[k]), grid, stencils.position_error[k], stencils.heading_error[k]
         )[:, :2]
-        path = np.concatenate([path, (path[1:] + path[:-1]) / 2])
-        points = (grid.positions(cells)[:, None] + path).reshape(-1, 2)
-        assert np.all((points >= 0) & (points <= [7, 8]))
-        closest = min(closest, *(box_distance(points, pillar).min() for pillar in PILLARS))
+        path, starts = np.concatenate([path, (path[1:] + path[:-1]) / 2]), grid.positions(cells)
+        assert np.all(starts.min(axis=0) + path.min(axis=0) >= 0)
+        assert np.all(starts.max(axis=0) + path.max(axis=0) <= [7, 8])
+        closest = min(closest, *(distance_of_steps(starts, path, pillar) for pillar in PILLARS))
         if room.environment.regions:
             tagged = segment.tags.get("step", np.zeros(segment.n_frames, dtype=bool))
             both = np.concatenate([tagged, tagged[1:] & tagged[:-1]])
-            untagged = (grid.positions(cells)[:, None] + path[~both]).reshape(-1, 2)
-            closest_untagged = min(closest_untagged, box_distance(untagged, STEP).min(initial=np.inf))
+            closest_untagged = min(closest_untagged, distance_of_steps(starts, path[~both], STEP))
         n_steps += len(cells)
     assert n_steps >= 1_000_000
     assert RADIUS - 1e-9 <= closest < RADIUS + 2 * grid.sample_size, "too close, or so careful that space is wasted"
