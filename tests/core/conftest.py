@@ -21,13 +21,20 @@ def data_folder() -> Path:
     return folder
 
 
+def pytest_collection_modifyitems(items):
+    """Run the tests with Dask at the end: its threads live on, and what they allocate would count as others' memory."""
+    items.sort(key=lambda item: item.path.stem.endswith("_cluster"))
+
+
 @pytest.fixture(scope="session")
 def dask_client():
     """A client of Dask's scheduler with two worker processes on the loopback address, started once."""
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
-    )
+    dask, distributed = (pytest.importorskip(name, reason="Dask is not installed") for name in ("dask", "distributed"))
+    # Workers that start on a busy machine take long to be heard.
+    with dask.config.set({"distributed.comm.timeouts.connect": "5min"}):
+        cluster = distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
+        )
     with cluster, distributed.Client(cluster) as client:
         yield client
 
@@ -35,5 +42,5 @@ def dask_client():
 @pytest.fixture
 def client(dask_client):
     """The same, with both workers there: an earlier test may have killed one."""
-    dask_client.wait_for_workers(2, timeout=60)
+    dask_client.wait_for_workers(2, timeout=300)
     return dask_client

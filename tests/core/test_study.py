@@ -501,7 +501,7 @@ def test_what_is_stopped_by_hand_goes_on(tmp_path):
         while not list(out.rglob("journal.json")) and process.poll() is None:
             time.sleep(0.02)
         os.killpg(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=60)[1]
+        said = process.communicate(timeout=300)[1]
     finally:
         process.kill()
     assert process.returncode == 130, said

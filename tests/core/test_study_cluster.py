@@ -97,7 +97,7 @@ def test_a_ground_in_parcels_is_worked_on_together(client, tmp_path):
 
 
 def drain(steps):
-    until = time.monotonic() + 120
+    until = time.monotonic() + 300
     for _ in steps:
         assert time.monotonic() < until
 
@@ -179,7 +179,7 @@ def test_that_all_workers_are_gone_is_said_and_a_new_one_finishes(tmp_path):
         workers = [stack.enter_context(worker(root, address)) for _ in range(2)]
         words = [root / "addon" / "cli" / "cluster.py", file, "--out", out, "--scheduler", address]
         study = stack.enter_context(started(root, *words))
-        until = time.monotonic() + 60
+        until = time.monotonic() + 300
         while len(list(out.glob("cases/*.json"))) < 4:
             assert study.poll() is None and time.monotonic() < until
             time.sleep(0.02)
@@ -192,7 +192,7 @@ def test_that_all_workers_are_gone_is_said_and_a_new_one_finishes(tmp_path):
         assert "s; waiting for new ones for 30 min at most" in line and f"dask worker {address}" in line
         assert 4 <= n_done < 80 and study.poll() is None
         stack.enter_context(worker(root, address))
-        told, errors = study.communicate(timeout=90)
+        told, errors = study.communicate(timeout=300)
     assert study.returncode == 0, errors
     assert "A worker is back" in errors and "80 cases: 80 with results" in told
 

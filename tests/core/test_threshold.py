@@ -39,15 +39,20 @@ def coverage(graph, clips):
     return sum(segment.duration for segment in graph.segments) / sum(clip.duration for clip in clips)
 
 
-@pytest.fixture(params=["recorded", 0, 1, 2])
+@pytest.fixture(scope="module", params=["recorded", 0, 1, 2])
 def clips(request):
     if request.param == "recorded":
         return recorded_clips(request.getfixturevalue("data_folder"))
     return strolls(request.param)
 
 
-def test_never_more_links_than_allowed_and_nearly_as_many(clips):
-    everything = build_motion_graph(clips)
+@pytest.fixture(scope="module")
+def everything(clips):
+    """The motion graph of the highest cost."""
+    return build_motion_graph(clips)
+
+
+def test_never_more_links_than_allowed_and_nearly_as_many(clips, everything):
     for share in (0.9, 0.3, 0.1):
         allowed = int(share * len(everything.links))
         graph = build_motion_graph(clips, at_most(allowed))
@@ -56,15 +61,13 @@ def test_never_more_links_than_allowed_and_nearly_as_many(clips):
         assert graph.link_costs.mean() < everything.link_costs.mean()
 
 
-def test_where_all_links_are_allowed_the_graph_is_that_of_the_highest_cost(clips):
-    everything = build_motion_graph(clips)
+def test_where_all_links_are_allowed_the_graph_is_that_of_the_highest_cost(clips, everything):
     graph = build_motion_graph(clips, at_most(len(everything.links)))
     np.testing.assert_array_equal(graph.links, everything.links)
     assert graph.max_cost <= everything.max_cost == 0.3
 
 
-def test_enough_motion_is_kept_at_a_lower_cost(clips):
-    everything = build_motion_graph(clips)
+def test_enough_motion_is_kept_at_a_lower_cost(clips, everything):
     for share in (0.3, 0.6, 0.95):
         asked = share * coverage(everything, clips)
         graph = build_motion_graph(clips, at_least(asked))

@@ -29,8 +29,8 @@ SCRIPTS = (
 )
 """Those that Blender runs, the first of which runs the others."""
 PICTURES = Path(os.environ.get("WAYFARER_PICTURES") or dev.ROOT / "dist" / "window")
-_SECONDS = 1500
-"""After which Blender is stopped; it needs about a sixth of that on a machine that does nothing else."""
+_SECONDS = 3600
+"""After which Blender is stopped; it needs a fifteenth of that on a machine that does nothing else."""
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def bake_otherwise(note) -> hand.Turns:
 def _walk() -> hand.Turns:
     before = results().walk
     yield from sidebar.press_button("Walk", "wayfarer.random_walk")
-    yield from hand.until(lambda: results().walk is not before, "the walk", 120)
+    yield from hand.until(lambda: results().walk is not before, "the walk")
     yield from hand.work_is_done()
 
 
@@ -60,7 +60,7 @@ def crowd(note) -> hand.Turns:
     yield from sidebar.open_part("Walk", "Crowd")
     yield from editors.fill("Walk", "wayfarer.walk.crowd.n_walkers", "4")
     yield from sidebar.press_button("Walk", "wayfarer.crowd")
-    yield from hand.until(walkers, "the crowd", 120)
+    yield from hand.until(walkers, "the crowd")
     yield from hand.work_is_done()
     note("walkers", len(walkers()))
     note("closest", asked.closest)
@@ -82,7 +82,7 @@ def crowd(note) -> hand.Turns:
         ran += "WAYFARER_OT_crowd" in hand.running()
     keep_picture("34_crowd_runs")
     yield from hand.press("ESC")
-    yield from hand.until(lambda: not hand.running(), "the crowd to end", 10)
+    yield from hand.until(lambda: not hand.running(), "the crowd to end")
     yield from hand.redrawn()
     note("ran", ran)
     note("same", everything() == before)
@@ -105,7 +105,7 @@ def write_report(note) -> hand.Turns:
     yield from sidebar.open_part("Evaluation", "Results")
     yield from sidebar.press_button("Evaluation", "wayfarer.write_report")
     yield from editors.choose_folder(str(folder), lambda: keep_picture("35_folder_of_the_report"))
-    yield from hand.until(opened.exists, "the page to be opened", 180)
+    yield from hand.until(opened.exists, "the page to be opened")
     yield from hand.work_is_done()
     page = Path(opened.read_text("utf-8").strip().removeprefix("file://"))
     text = page.read_text("utf-8")

@@ -46,8 +46,10 @@ def turn_to(panel: str, path: str, value: Callable[[], str], wanted: str) -> Tur
             yield from hand.move(x + 2 * (unturned % 2), y)
             yield from hand.redrawn(1, "UI")
             yield from hand.press_wheel(kind, ctrl=True)
-            end = time.monotonic() + 1.0
-            while value() == before and time.monotonic() < end:
+            # A second, and as many turns as that has where nothing else is at work.
+            end, turns = time.monotonic() + 1.0, 30
+            while value() == before and (time.monotonic() < end or turns > 0):
+                turns -= 1
                 yield
             unturned = unturned + 1 if value() == before else 0
     if value() != wanted:

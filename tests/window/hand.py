@@ -59,12 +59,16 @@ def scale() -> float:
 # ------------------------------------------------------------------------------------------------ waiting
 
 
-def until(condition: Callable[[], object], what: str, seconds: float = 60.0) -> Turns:
-    """Until the condition holds; Waited if it does not within the time."""
-    end = time.monotonic() + seconds
+_PATIENCE = 300.0
+"""Seconds after which nothing comes any more, also on a busy machine."""
+
+
+def until(condition: Callable[[], object], what: str) -> Turns:
+    """Until the condition holds; Waited if it does not for a very long time."""
+    end = time.monotonic() + _PATIENCE
     while not condition():
         if time.monotonic() > end:
-            raise Waited(f"waited {seconds:.0f} s in vain for {what}")
+            raise Waited(f"waited {_PATIENCE:.0f} s in vain for {what}")
         yield
 
 
@@ -103,7 +107,7 @@ def running() -> list[str]:
 
 def work_is_done() -> Turns:
     """Until no operator of ours runs, and what it changed has been seen."""
-    yield from until(lambda: not any("WAYFARER" in name for name in running()), f"the end of {running()}", 120)
+    yield from until(lambda: not any("WAYFARER" in name for name in running()), f"the end of {running()}")
     yield from redrawn()
 
 

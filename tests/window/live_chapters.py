@@ -70,7 +70,7 @@ def time_changes(note) -> hand.Turns:
             yield from _at_rest(live)
             watch = _Watch()
             area.tag_redraw()
-            yield from hand.until(lambda watch=watch: watch.first_picture, "the viewport to be drawn", 30)
+            yield from hand.until(lambda watch=watch: watch.first_picture, "the viewport to be drawn")
             watch.end()
             times.append(watch.first_picture)
         note(name, _median(times))
@@ -91,7 +91,7 @@ def time_changes(note) -> hand.Turns:
         painted, pillar.location.x = colors(), start
         bpy.context.view_layer.update()
         note("left_to_the_script", colors() == painted)
-        yield from hand.until(lambda: colors() != painted, "the map to follow", 60)
+        yield from hand.until(lambda: colors() != painted, "the map to follow")
     pillar.location.x = start
     yield from _at_rest(live)
     note("stale", badges())
@@ -132,7 +132,7 @@ def drag_without_floor(note) -> hand.Turns:
     note("while_dragged", floors.find_floor(bpy.context.scene) is not None)
     yield from hand.press("LEFTMOUSE")
     yield from hand.until(lambda: not hand.running(), "the pillar to be put down")
-    yield from hand.until(colors, "the floor to be back", 60)
+    yield from hand.until(colors, "the floor to be back")
     yield from _at_rest(live)
     note("stale", badges())
     moved = (pillar.matrix_world.translation - start).length
@@ -191,7 +191,7 @@ def _change(pillar, x: float, live):
     yield from _at_rest(live)
     watch = _Watch()
     pillar.location.x = x
-    yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture", 120)
+    yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture")
     watch.end()
     return watch
 
@@ -214,6 +214,6 @@ def _median(times) -> float:
 def _at_rest(live) -> hand.Turns:
     """Until nothing is drawn or worked at any more."""
     settle = part("results.watch")._settle
-    yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest", 120)
+    yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest")
     for _ in range(15):
         yield

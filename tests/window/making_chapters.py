@@ -88,7 +88,7 @@ def show_environment(note) -> hand.Turns:
     yield from hand.rest()
     plain = viewport()
     yield from sidebar.press_button(*box)
-    yield from hand.until(lambda: picture.n_changed(plain, viewport()) > 500, "the lines of the environment", 20)
+    yield from hand.until(lambda: picture.n_changed(plain, viewport()) > 500, "the lines of the environment")
     yield from hand.rest()
     lines = viewport()
     note("lines", picture.n_changed(plain, lines))
@@ -122,7 +122,7 @@ def cancel_building(note) -> hand.Turns:
 
 def build(note) -> hand.Turns:
     yield from sidebar.press_button("Motion Graph", "wayfarer.build_motion_graph")
-    yield from hand.until(lambda: results().graph is not None, "the motion graph", 120)
+    yield from hand.until(lambda: results().graph is not None, "the motion graph")
     yield from hand.work_is_done()
     note("segments", numbers()["segments"])
     keep_picture("06_motion_graph")
@@ -130,7 +130,7 @@ def build(note) -> hand.Turns:
 
 def embed(note) -> hand.Turns:
     yield from sidebar.press_button("Embedding", "wayfarer.embed")
-    yield from hand.until(lambda: results().embedding is not None, "the embedding", 120)
+    yield from hand.until(lambda: results().embedding is not None, "the embedding")
     yield from hand.work_is_done()
     note("nodes", numbers()["nodes"])
     note("stale", badges())
@@ -160,7 +160,7 @@ def _cancel(note, panel: str, operator: str, name: str) -> hand.Turns:
     keep_picture(name)
     note("ran", turns)
     yield from hand.press("ESC")
-    yield from hand.until(lambda: not hand.running(), f"{operator} to end", 10)
+    yield from hand.until(lambda: not hand.running(), f"{operator} to end")
     yield from hand.redrawn()
     note("same", everything() == before)
 

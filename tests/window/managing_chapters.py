@@ -34,7 +34,7 @@ def add_region(note) -> hand.Turns:
     yield from hand.until(lambda: badges()["embedding"], "the embedding to be out of date")
     note("region", [region.object.name, region.rule, region.tag])
     color = part("render.environment_lines").RULES[part("properties.environment").RegionRule.FORBID]
-    yield from hand.until(lambda: _n_pixels(color) > 100, "the outline of the region", 20)
+    yield from hand.until(lambda: _n_pixels(color) > 100, "the outline of the region")
     yield from hand.rest()
     note("drawn", _n_pixels(color))
     keep_picture("38_regions")

@@ -124,7 +124,7 @@ def turn_tabs(steps: int) -> Turns:
         yield from hand.move(side.x + side.width - _TABS - hand.mouse()[0] % 2, side.y + 0.5 * side.height)
         before = side.active_panel_category
         yield from hand.press_wheel("WHEELDOWNMOUSE" if steps > 0 else "WHEELUPMOUSE", ctrl=True)
-        yield from hand.until(lambda before=before: side.active_panel_category != before, "another tab", 10)
+        yield from hand.until(lambda before=before: side.active_panel_category != before, "another tab")
         yield from hand.redrawn(1, "UI")
 
 

@@ -74,14 +74,14 @@ def evaluate(note) -> hand.Turns:
     # Fewer than an artist would want, so that nobody waits for them.
     settings().evaluation.n_pairs = 10
     yield from sidebar.press_button("Evaluation", "wayfarer.measure")
-    yield from hand.until(lambda: "METRICS" in findings(), "the metrics", 180)
+    yield from hand.until(lambda: "METRICS" in findings(), "the metrics")
     yield from hand.work_is_done()
     note("metrics", findings()["METRICS"])
     # Down to a single cell.
     settings().evaluation.min_area = 0.01
     yield from sidebar.open_part("Evaluation", "Weak Spots")
     yield from sidebar.press_button("Evaluation", "wayfarer.find_weak_spots")
-    yield from hand.until(lambda: "WEAK_SPOTS" in findings(), "the weak spots", 120)
+    yield from hand.until(lambda: "WEAK_SPOTS" in findings(), "the weak spots")
     yield from hand.work_is_done()
     note("weak_spots", findings()["WEAK_SPOTS"])
     keep_picture("13_evaluation")
@@ -90,7 +90,7 @@ def evaluate(note) -> hand.Turns:
 
 def walk(note) -> hand.Turns:
     yield from sidebar.press_button("Walk", "wayfarer.random_walk")
-    yield from hand.until(lambda: results().walk is not None, "the walk", 120)
+    yield from hand.until(lambda: results().walk is not None, "the walk")
     yield from hand.work_is_done()
     action, scene = part("results.state").find_walk(bpy.context.scene), bpy.context.scene
     note("frames", list(action.frame_range))
@@ -132,14 +132,14 @@ def tune(note) -> hand.Turns:
     """Make the embedding smaller, and take that back by its button."""
     before, painted = numbers(), colors()
     yield from sidebar.press_button("Tuning", "wayfarer.prune")
-    yield from hand.until(lambda: results().pruning is not None, "the pruned embedding", 120)
+    yield from hand.until(lambda: results().pruning is not None, "the pruned embedding")
     yield from hand.work_is_done()
     note("before", before)
     note("pruned", numbers())
     yield from hand.until(lambda: colors() != painted, "the map of what is left")
     keep_picture("15_tuning")
     yield from sidebar.press_button("Tuning", "wayfarer.restore_embedding")
-    yield from hand.until(lambda: results().pruning is None, "the whole embedding", 60)
+    yield from hand.until(lambda: results().pruning is None, "the whole embedding")
     yield from hand.work_is_done()
     yield from hand.until(lambda: colors() == painted, "the map of the whole")
     note("restored", numbers())
@@ -150,7 +150,7 @@ def query(note) -> hand.Turns:
     """How long does it take to get to the 3D cursor?"""
     bpy.context.scene.cursor.location = (-1.6, 2.9, 0.0)
     yield from sidebar.press_button("Queries", "wayfarer.find_reach")
-    yield from hand.until(lambda: "REACH" in findings(), "the times to reach", 120)
+    yield from hand.until(lambda: "REACH" in findings(), "the times to reach")
     yield from hand.work_is_done()
     note("numbers", findings()["REACH"])
     keep_picture("17_query")
