@@ -13,15 +13,14 @@ from .rotation_modes import REST_CHANNELS
 
 
 def evaluated_matrices(armature_object, action, slot, frames: np.ndarray, bone_names) -> tuple[np.ndarray, np.ndarray]:
-    """What Blender makes of the armature on each frame when it plays ``action`` alone, from its rest pose.
+    """Let Blender evaluate the armature on each frame while it plays ``action`` alone, from its rest pose.
 
     Returns the pose (F, B, 4, 4) of the bones ``bone_names`` in armature space and the object's world
-    matrices (F, 4, 4). The scene's frame, the object's action and its pose are left as they were.
+    matrices (F, 4, 4). Everything is left as it was to the last float, unkeyed poses and moves included.
 
     Raises ClipError if the object is not part of the current view layer, so that Blender does not evaluate
     it, or if its NLA is being tweaked.
     """
-    scene = bpy.context.scene
     if bpy.context.view_layer.objects.get(armature_object.name) != armature_object:
         raise ClipError(
             f"The armature '{armature_object.name}' is not in the current view layer, so that Blender cannot "
@@ -30,11 +29,11 @@ def evaluated_matrices(armature_object, action, slot, frames: np.ndarray, bone_n
     order = [armature_object.pose.bones.find(name) for name in bone_names]
     poses = np.empty((len(frames), len(bone_names), 4, 4))
     worlds = np.empty((len(frames), 4, 4))
-    with _playing_alone(armature_object, action, slot):
+    with _playing_alone(armature_object, action, slot), _scene_apart(armature_object) as scene:
         for index, frame in enumerate(frames):
             whole = int(np.floor(frame))
             scene.frame_set(whole, subframe=float(frame - whole))
-            evaluated = armature_object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+            evaluated = armature_object.evaluated_get(scene.view_layers[0].depsgraph)
             poses[index] = read_matrices(evaluated.pose.bones, "matrix")[order]
             worlds[index] = evaluated.matrix_world
     return poses, worlds
@@ -75,18 +74,36 @@ def _unscaled(worlds):
 
 
 @contextlib.contextmanager
+def _scene_apart(armature_object):
+    """Yield a scene of its own with the armature in it, and all that it depends on; it is removed at the end.
+
+    Blender writes what it evaluates back into poses and transforms for scenes that a window shows. Setting a frame of
+    this one changes neither them nor anything else.
+    """
+    shown, scene = bpy.context.scene, bpy.data.scenes.new("Wayfarer Reading")
+    try:
+        scene.collection.objects.link(armature_object)
+        for name in ("fps", "fps_base", "frame_map_old", "frame_map_new"):
+            setattr(scene.render, name, getattr(shown.render, name))
+        yield scene
+    finally:
+        bpy.data.scenes.remove(scene)
+
+
+@contextlib.contextmanager
 def _playing_alone(armature_object, action, slot):
     """Play one action on the rest pose, without NLA; put everything back afterwards."""
-    scene, bones = bpy.context.scene, armature_object.pose.bones
+    bones = armature_object.pose.bones
     had_animation = armature_object.animation_data is not None
     animation = armature_object.animation_data_create()
     if animation.use_tweak_mode:
         raise ClipError(f"'{armature_object.name}' is in the NLA's tweak mode; leave it and try again.")
-    frame, subframe = scene.frame_current, scene.frame_subframe
     action_before, slot_before = animation.action, animation.action_slot
     settings = {name: getattr(animation, name) for name in ("use_nla", "action_influence", "action_blend_type")}
     position_before = armature_object.data.pose_position
     others_before = _other_values(armature_object, action, slot)
+    if action_before is not None and slot_before is not None and action_before != action:
+        others_before += _other_values(armature_object, action_before, slot_before)
     pose_before = {name: np.empty(len(bones) * len(rest), dtype=np.float32) for name, rest in REST_CHANNELS.items()}
     placement_before = {name: tuple(getattr(armature_object, name)) for name in REST_CHANNELS}
     for name, rest in REST_CHANNELS.items():
@@ -107,13 +124,15 @@ def _playing_alone(armature_object, action, slot):
         if not had_animation:
             armature_object.animation_data_clear()
         armature_object.data.pose_position = position_before
+        # Assigning an action has Blender play it once more: only then comes the pose that was not keyed.
+        bpy.context.view_layer.update()
         for owner, key, index, value in others_before:
             _set_value(armature_object, owner, key, index, value)
         for name, values in pose_before.items():
             bones.foreach_set(name, values)
             setattr(armature_object, name, placement_before[name])
         armature_object.update_tag()
-        scene.frame_set(frame, subframe=subframe)
+        bpy.context.view_layer.update()
 
 
 _DATA_PATH = re.compile(

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.bridge import read_actions
+from bl_ext.user_default.wayfarer.addon.bridge import evaluated_pose, read_actions
 from bl_ext.user_default.wayfarer.addon.bridge.action_curves import actions_of
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, read_clips
 from bl_ext.user_default.wayfarer.addon.bridge.tags import read_tags, write_tags
@@ -345,6 +345,58 @@ def test_evaluation_puts_back_what_else_the_action_animates():
     assert limit.influence == 0.25 and obj['the "switch"'] == 0.5 and obj.pose.bones["hips"]["fk"] == 7
     np.testing.assert_allclose(obj.color, (0.1, 0.2, 0.3, 0.4))
     assert obj.data.pose_position == "REST" and obj.animation_data is None
+
+
+@pytest.mark.parametrize("breaks", [False, True], ids=["read", "broken off"])
+def test_evaluation_keeps_poses_and_moves_that_were_not_keyed(breaks, monkeypatch):
+    obj = armature()
+    played, action = new_action(obj, "played"), new_action(obj)
+    animate(obj, played, MODES, seed=3)
+    animate(obj, action, MODES, seed=4)
+    obj["dial"] = 0.0
+    add_curve(played, '["dial"]', 0, (1, 30), (1, 0))
+    obj.animation_data_create().action = played
+    other = bpy.data.objects.new("Pillar", None)
+    bpy.context.scene.collection.objects.link(other)
+    moves = bpy.data.actions.new("moves")
+    other.animation_data_create().action = moves
+    add_curve(moves, "location", 0, (1, 30), (0, 5), slot=add_slot(moves, "Pillar"))
+    other.animation_data.action_slot = moves.slots[0]
+    obj.pose.bones["shin.L"].constraints.new("LIMIT_DISTANCE")
+    bpy.context.scene.frame_set(9)
+    # All of it is animated, and none of it keyed.
+    for bone in obj.pose.bones:
+        bone.location, bone.rotation_quaternion = (0.1, 0.2, 0.3), (0.5, 0.5, -0.5, 0.5)
+        bone.rotation_euler, bone.rotation_axis_angle = (0.1, 0.2, 0.3), (0.4, 0.0, 0.6, 0.8)
+    other.location, obj["dial"] = (7.25, 1.5, -2.0), 0.625
+    bpy.context.view_layer.update()
+    scenes = len(bpy.data.scenes)
+
+    def state():
+        evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        shown = [tuple(map(tuple, bone.matrix)) for bone in evaluated.pose.bones]
+        kept = [
+            tuple(map(tuple, (b.location, b.rotation_quaternion, b.rotation_euler, b.rotation_axis_angle, b.scale)))
+            for b in obj.pose.bones
+        ]
+        return shown, kept, tuple(other.location), tuple(map(tuple, other.matrix_world)), obj["dial"]
+
+    before = state()
+    if breaks:
+
+        def fail(*_):
+            raise RuntimeError
+
+        monkeypatch.setattr(evaluated_pose, "read_matrices", fail)
+        with pytest.raises(RuntimeError):
+            read_clip(obj, action)
+    else:
+        read_clip(obj, action)
+    assert state() == before
+    assert bpy.context.scene.frame_current == 9 and len(bpy.data.scenes) == scenes
+    # It does not come late either.
+    bpy.context.view_layer.update()
+    assert state() == before
 
 
 def test_keys_of_an_array_that_was_made_shorter_are_left_out():
