@@ -1,4 +1,4 @@
-"""What a walk leaves in the scene: an action, strips or a copy of the character, a curve, markers, and its numbers."""
+"""Results of a walk in the scene: an action, strips or a copy of the character, a curve, markers, and its numbers."""
 
 import re
 
@@ -161,7 +161,7 @@ def _remove_earlier(character) -> None:
 
 
 def _is_kept(action, character) -> bool:
-    """Whether the artist has use for an earlier walk: a fake user, another name, or users beside the character."""
+    """Return True if the artist has use for an earlier walk: it has a fake user, another name, or other users."""
     assigned = character.animation_data is not None and character.animation_data.action == action
     ours = re.fullmatch(rf"{WALK_NAME}(\.\d+)?", action.name)
     return action.use_fake_user or ours is None or action.users > int(assigned)

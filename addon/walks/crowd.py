@@ -104,7 +104,7 @@ def remove_crowd(scene) -> int:
 
 
 def _starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spacing: float) -> list[Node]:
-    """Where they start: if the ground has the room farther apart than they have to be, and with a few spares."""
+    """Find places to start: with room, farther apart than they have to be and with a few spares."""
     with contextlib.suppress(WalkError):
         n_spares = 1 + n_walkers // _PER_SPARE
         return scattered_starts(embedding, n_walkers + n_spares, rng, _ROOM_TO_START * spacing)
@@ -112,7 +112,7 @@ def _starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spac
 
 
 def _without_spares(crowd: Crowd, n_walkers: int) -> Crowd:
-    """As many walks as asked for, if there are so many: then nobody is missed."""
+    """Return as many walks as asked for, if there are so many: then nobody is missed."""
     n_missing = max(n_walkers - len(crowd.walks), 0)
     return replace(
         crowd,

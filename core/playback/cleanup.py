@@ -27,7 +27,7 @@ from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings, foot_joints
 from ..motion.skeleton import Skeleton
 from .coupled_joints import find_coupled_joints, move_coupled_joints
-from .plants import Plant, Stance, part, repeated, walk_plants
+from .plants import Plant, SplitPlant, repeated, split_plant, walk_plants
 from .transitions import closing
 from .two_bone import Leg, find_leg, leg_turns
 from .walk import Walk
@@ -44,7 +44,7 @@ _OFF_GROUND = 0.01
 
 @dataclass(frozen=True)
 class CleanupSettings:
-    """How planted feet are held.
+    """Settings of how planted feet are held.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ def clean_feet(
     """Hold the planted feet of a walk's motion in place; see :func:`hold_plants`.
 
     ``clip`` is what :func:`.synthesis.synthesize` made of the walk; ``closed`` says, there as here, that it is
-    repeated, so that feet that stand at its end go on standing at its start. A character whose feet cannot be told
+    repeated, so that feet that stand at its end go on standing at its start. A character whose feet are not known
     gets its motion back, and the reason.
     """
     settings = settings or CleanupSettings()
@@ -164,13 +164,13 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     """The motion with the feet held in place on the ground during the given plants.
 
     Frames farther than the window from every plant stay exactly as they are. Where the hips are lowered, feet in the
-    air keep their place as well. For a step between parts of a plant (:func:`.plants.part`) a foot is lifted; but for
-    that its height does not change, nor do its orientation, the root path and bone lengths.
+    air keep their place, too. For a step between parts of a plant (:func:`.plants.split_plant`) a foot is lifted; but
+    for that its height does not change, nor do its orientation, the root path and bone lengths.
 
     Raises
     ------
     ClipError
-        The feet cannot be told.
+        The feet are not known.
     """
     settings = settings or CleanupSettings()
     skeleton = clip.skeleton
@@ -181,7 +181,9 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     window = max(round(settings.window * clip.frame_rate), 1)
     size = relative_size(skeleton)
     rotations, positions = clip.world
-    stances = [part(plant, positions, settings.max_shift * size, window) for plant in plants if plant.side in legs]
+    stances = [
+        split_plant(plant, positions, settings.max_shift * size, window) for plant in plants if plant.side in legs
+    ]
     held = [plant for stance in stances for plant in stance.parts]
     if not held:
         return _untouched(clip, *untreated)
@@ -221,7 +223,7 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     )
 
 
-def _foot_moves(stances: list[Stance], positions: np.ndarray, window: int, size: float) -> np.ndarray:
+def _foot_moves(stances: list[SplitPlant], positions: np.ndarray, window: int, size: float) -> np.ndarray:
     """(F, 3) metres that a foot is moved by: what its plants take, eased in and out by splines, and lifts for steps.
 
     Each part of a stance has the place that moves the foot the least, in the mean square.
@@ -303,7 +305,7 @@ def _drop(
 
 def _nearness(near: np.ndarray, window: int) -> np.ndarray:
     """Return (F,) 1 up to half of ``window`` frames around what is ``near``, falling to 0 at its end."""
-    away = distance_transform_edt(~near)
+    away = np.asarray(distance_transform_edt(~near))
     return closing(np.maximum(away - window // 2, 0), window - window // 2)[0]
 
 

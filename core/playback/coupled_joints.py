@@ -1,7 +1,7 @@
 """Joints that go with a leg without hanging from it: the controls of a rig, which its bones follow.
 
 In a rig that moves by constraints, keys belong on controls: a foot's bone follows an IK control that hangs from
-somewhere else. Such controls are told by what they do: they move with the thigh, the shin or the foot as if they were
+somewhere else. Such controls are known by what they do: they move with the thigh, the shin or the foot as if they were
 one piece with it.
 """
 
@@ -14,17 +14,17 @@ from .two_bone import Leg
 
 _N_SAMPLES = 60
 _SAME_PLACE = 5e-3
-"""Share of the stature, and radians / 10, that a companion may stray by in most frames: blends move it a little."""
+"""Share of the stature, and radians / 10, that a coupled joint may stray by in most frames: blends move it a little."""
 _MOST = 75
 _MOVES = 0.05
-"""Share of the stature that a joint must move by, as the hips see it, for its coupled to be told."""
+"""Share of the stature that a joint must move by, as the hips see it, for coupled joints to be known."""
 
 
 def find_coupled_joints(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> dict[int, int]:
-    """Joint -> joint of the leg that it is one piece with, of those that neither hang from the leg nor carry it.
+    """Find the joints that are one piece with a joint of the leg, but neither hang from the leg nor carry it.
 
-    Told from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion; none if the leg hardly moves
-    in it.
+    Returns joint -> joint of the leg, from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion;
+    none if the leg hardly moves in it.
     """
     if skeleton.n_joints == 1:
         return {}
@@ -67,10 +67,10 @@ def move_coupled_joints(
     translations: np.ndarray,
     frames: np.ndarray,
 ) -> None:
-    """Move coupled with their joints on some frames, in the new local ``rotations`` and ``translations``.
+    """Move coupled joints with those of the leg on some frames, in the new local ``rotations`` and ``translations``.
 
-    ``old`` are the world rotations (F, J, 4) and positions (F, J, 3) of the motion before. What hangs from a companion
-    goes with it.
+    ``old`` are the world rotations (F, J, 4) and positions (F, J, 3) of the motion before. What hangs from them
+    goes with them.
     """
     if not coupled or len(frames) == 0:
         return

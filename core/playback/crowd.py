@@ -19,7 +19,7 @@ from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
 from ..progress import Progress
 from .reservation import Reservation, StencilPaths
-from .walk import Trail, Walk, refuse_bad_duration, refuse_empty
+from .walk import Trail, Walk, node_in_cell, refuse_bad_duration, refuse_empty
 from .weighted import Memory, Weighting, probabilities, uniform
 
 #: Nodes tried between two reports of progress.
@@ -28,7 +28,7 @@ REPORTED_NODES = 200
 
 @dataclass(frozen=True)
 class CrowdSettings:
-    """How a crowd is planned.
+    """Settings of how a crowd is planned.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Crowd:
 
 
 def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spacing: float) -> list[Node]:
-    """Random nodes in places at least ``spacing`` metres apart.
+    """Choose random nodes in places at least ``spacing`` metres apart.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
         The embedding is empty, or so many walkers find no room.
     """
     refuse_empty(embedding)
-    grid, layout = embedding.environment.grid, embedding.unrolling.layout
+    grid = embedding.environment.grid
     floor = rng.permutation(np.argwhere(embedding.covered().any(axis=2)))
     room = np.ones(len(floor), dtype=bool)
     nodes = []
@@ -129,10 +129,7 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
         if grid.tiled:
             apart = np.minimum(apart, grid.shape[:2] - apart)
         room &= np.hypot(*apart.T) * grid.cell_size >= max(spacing, grid.cell_size / 2)
-        bit = layout.bit(*cell.tolist())
-        here = [index for index, plane in enumerate(embedding.planes) if plane >> bit & 1]
-        segment, heading = divmod(int(rng.choice(here)), grid.n_headings)
-        nodes.append((*cell.tolist(), heading, segment))
+        nodes.append(node_in_cell(embedding, cell, rng))
     return nodes
 
 
@@ -143,7 +140,7 @@ def crowd_steps(
     rng: np.random.Generator,
     settings: CrowdSettings | None = None,
 ) -> Generator[Progress, None, Crowd]:
-    """Walks of at least ``duration`` seconds from all ``starts`` that keep clear of each other at every frame.
+    """Plan walks of at least ``duration`` seconds from all ``starts`` that keep clear of each other at every frame.
 
     Those that cannot be served are left out, and named with the reason.
 
@@ -191,7 +188,7 @@ def crowd_steps(
 
 
 def _crowded_starts(planner: "_Planner", starts: Sequence[Node]) -> Generator[Unserved, None, None]:
-    """Those who would start too close to one who was named before them. Leaves nothing reserved."""
+    """Yield those who would start too close to one who was named before them. Leaves nothing reserved."""
     standing = []
     for walker, node in enumerate(starts):
         place = planner.place(node)

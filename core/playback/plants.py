@@ -63,7 +63,7 @@ class Plant:
 
 
 @dataclass(frozen=True)
-class Stance:
+class SplitPlant:
     """A plant, and the parts of it in each of which the foot can be held in one place, in order.
 
     Between two parts the foot makes a step; before the first and after the last one it is in the air: it comes later
@@ -74,16 +74,16 @@ class Stance:
     parts: tuple[Plant, ...]
 
 
-def part(plant: Plant, positions: np.ndarray, farthest: float, window: int) -> Stance:
-    """Part a plant so that, where possible, no part moves the foot by more than ``farthest`` metres.
+def split_plant(plant: Plant, positions: np.ndarray, farthest: float, window: int) -> SplitPlant:
+    """Split a plant so that, where possible, no part moves the foot by more than ``farthest`` metres.
 
-    It is parted where the foot is fastest in ``positions`` (F, J, 3), by steps of about one and a half windows. Where
+    It is split where the foot is fastest in ``positions`` (F, J, 3), by steps of about one and a half windows. Where
     that is too near to an end for standing there, the plant loses up to ``window`` frames at that end instead.
     """
-    return Stance(plant, tuple(_parts(plant, positions, farthest, window, (True, True))))
+    return SplitPlant(plant, tuple(_split(plant, positions, farthest, window, (True, True))))
 
 
-def _parts(
+def _split(
     plant: Plant, positions: np.ndarray, farthest: float, window: int, cuttable: tuple[bool, bool]
 ) -> list[Plant]:
     """``cuttable`` says whether the plant may lose frames at its start, and at its end."""
@@ -102,15 +102,15 @@ def _parts(
     stands_before, stands_after = before - first + 1 >= least, last - after + 1 >= least
     if stands_before and stands_after:
         return [
-            *_parts(plant.within(first, before), positions, farthest, window, (cuttable[0], False)),
-            *_parts(plant.within(after, last), positions, farthest, window, (False, cuttable[1])),
+            *_split(plant.within(first, before), positions, farthest, window, (cuttable[0], False)),
+            *_split(plant.within(after, last), positions, farthest, window, (False, cuttable[1])),
         ]
     if not stands_before and cuttable[0] and last - (first + window) + 1 >= least:
         rest = plant.within(min(after, first + window), last)
-        return _parts(rest, positions, farthest, window, (False, cuttable[1]))
+        return _split(rest, positions, farthest, window, (False, cuttable[1]))
     if not stands_after and cuttable[1] and (last - window) - first + 1 >= least:
         rest = plant.within(first, max(before, last - window))
-        return _parts(rest, positions, farthest, window, (cuttable[0], False))
+        return _split(rest, positions, farthest, window, (cuttable[0], False))
     return [plant]
 
 
@@ -130,7 +130,7 @@ def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:
 
 
 def clip_plants(clip: MotionClip, settings: ContactSettings | None = None) -> list[Plant]:
-    """The plants of a clip; ClipError if its feet cannot be told."""
+    """The plants of a clip; ClipError if its feet are not known."""
     settings = settings or ContactSettings()
     return _plants(joint_contacts(clip, settings), foot_joints(clip.skeleton, settings.feet))
 
@@ -139,7 +139,7 @@ def walk_plants(walk: Walk, settings: ContactSettings | None = None) -> list[Pla
     """The plants of a walk: those of the source clips, joined across its transitions.
 
     The clips know better than the blended motion when a foot stands: there it may slide. On the frame of a transition
-    a joint is planted if it is so on either side. ClipError if the feet cannot be told.
+    a joint is planted if it is so on either side. ClipError if the feet are not known.
     """
     settings = settings or ContactSettings()
     graph = walk.embedding.graph

@@ -1,4 +1,4 @@
-"""Who is where, and when: the places that walkers have reserved on the ground, frame by frame."""
+"""Space-time reservation: the places that walkers have reserved on the ground, frame by frame."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ ROUNDING = 1e-9
 
 
 class StencilPaths:
-    """Where the root is at every frame of every stencil's edited path, relative to the start.
+    """The root at every frame of every stencil's edited path, relative to the start.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Reservation:
         self._places[walker] = np.nan
 
     def conflicts(self, frame: int, start: np.ndarray, paths: np.ndarray, reach: float) -> np.ndarray:
-        """(L, n_walkers) bool: which of (L, F, 2) paths come too close to whom.
+        """Test which of (L, F, 2) paths come too close to whom: (L, n_walkers) bool.
 
         The first place of each path is that of ``frame``; no place is farther than ``reach`` from ``start``.
         """

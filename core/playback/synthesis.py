@@ -21,7 +21,7 @@ from .walk import Walk
 
 @dataclass(frozen=True)
 class SynthesisSettings:
-    """How the gaps at the transitions are closed.
+    """Settings of how the gaps at transitions are closed.
 
     Attributes
     ----------

@@ -29,9 +29,9 @@ class Leg:
 
 
 def find_leg(skeleton: Skeleton, side: int, feet: Sequence[Sequence[int]]) -> Leg | str:
-    """The leg of a foot, or a sentence that says why there is none.
+    """Find the leg of a foot, or a sentence that says why there is none.
 
-    ``feet`` holds the joints of the left and of the right foot, ankle first. Thigh and shin are told by name if the
+    ``feet`` holds the joints of the left and of the right foot, ankle first. Thigh and shin are those so named, if the
     foot hangs from joints so named; else they are the next two joints above the ankle that lie apart from it and
     from each other, and do not carry the other foot.
     """

@@ -116,7 +116,7 @@ class Trail:
 
     @property
     def node(self) -> Node:
-        """Where the walker has come to."""
+        """The node that the walker has come to."""
         return self.states[-1]
 
     def take(self, stencil: int) -> None:
@@ -148,7 +148,7 @@ def refuse_empty(embedding: Embedding) -> None:
 
 
 def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
-    """A node (x, y, heading, segment), each with the same probability; WalkError if the embedding is empty."""
+    """Choose a node (x, y, heading, segment), each with the same probability; WalkError if there is none."""
     refuse_empty(embedding)
     last = np.cumsum([plane.bit_count() for plane in embedding.planes])
     index = int(rng.integers(last[-1]))
@@ -159,13 +159,18 @@ def random_node(embedding: Embedding, rng: np.random.Generator) -> Node:
 
 
 def nearest_node(embedding: Embedding, position, rng: np.random.Generator) -> Node:
-    """One of the nodes (x, y, heading, segment) in the covered cell nearest to the world position (x, y) in metres."""
+    """Choose one of the nodes in the covered cell nearest to the world position (x, y) in metres, by chance."""
     refuse_empty(embedding)
     if not np.isfinite(position).all():
         raise WalkError("The place to start from is not a number; choose another one.")
     cells = np.argwhere(embedding.covered().any(axis=2))
     distance = np.linalg.norm(embedding.environment.grid.positions(cells) - np.asarray(position)[:2], axis=1)
-    x, y = cells[np.argmin(distance)].tolist()
+    return node_in_cell(embedding, cells[np.argmin(distance)], rng)
+
+
+def node_in_cell(embedding: Embedding, cell: np.ndarray, rng: np.random.Generator) -> Node:
+    """Choose one of the nodes (x, y, heading, segment) in a covered cell, each with the same probability."""
+    x, y = cell.tolist()
     bit = embedding.unrolling.layout.bit(x, y)
     here = [index for index, plane in enumerate(embedding.planes) if plane >> bit & 1]
     segment, heading = divmod(int(rng.choice(here)), embedding.unrolling.stencils.n_headings)

@@ -14,7 +14,7 @@ from .walk import Walk
 
 @dataclass(frozen=True)
 class MotionRequest:
-    """How a walk becomes motion.
+    """The way in which a walk becomes motion.
 
     ``cleanup`` is None where feet are left as they are; ``closed`` says that the walk returns to its start and is
     repeated.

@@ -18,7 +18,7 @@ VISIT_SQUARE = 0.5
 
 @dataclass(frozen=True)
 class Crossing:
-    """What a walker sees at a node.
+    """A node with the links that lead on, as a walker sees it.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Evenly:
 
 @dataclass(frozen=True)
 class PerClip:
-    """What the artist wants to see more of, or less.
+    """Links by the weights that an artist gives to clips, to see more of them, or less.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Memory:
 
 
 def probabilities(weighting: Weighting, crossing: Crossing) -> np.ndarray:
-    """(L,) probability of each link.
+    """Return (L,) the probability of each link.
 
     WalkError if the weights are negative, not finite or not one for each link.
     """
