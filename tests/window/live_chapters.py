@@ -82,7 +82,7 @@ def time_changes(note) -> hand.Turns:
         yield from _at_rest(live)
         watch, place = _Watch(), pillar.matrix_world.translation
         yield from hand.move(*hand.pixel_of((place.x + _STEP, place.y, 0.0)))
-        yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture", 120)
+        yield from hand.until(lambda: watch.look() or watch.picture, "the map in a picture")
         watch.end()
         note("one_picture", watch.picture == watch.first_picture)
         yield from hand.press("LEFTMOUSE")
