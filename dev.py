@@ -28,7 +28,7 @@ python3 dev.py COMMAND
   study  FILE.toml [--out FOLDER] [--scheduler ADDRESS] [--workers N]
          Measure many scenes, clip sets and settings on all cores, or on a Dask cluster; start it again to go on.
   test   [--blender VERSION] [PYTEST ARGUMENTS]
-         Check style, types and docstrings, then run the tests of the core, with the newest Python as well, and those
+         Check style, types and docstrings, and run the tests of the core, with the newest Python as well, and those
          inside Blender; with --blender 4.5 (or another that requirements.txt names) only those inside, in that version.
   bench  [NAME ...] [--json FILE]
          Measure speed and memory against the references.

@@ -27,10 +27,15 @@ Every other argument goes to pytest, for example: -k NAME, -x, --durations 10.
 CORE, BLENDER, WINDOW = (dev.ROOT / "tests" / name for name in ("core", "blender", "window"))
 # The tests of a folder are dealt to so many processes: then none is left over that takes long.
 N_SPLIT = 2
-# The files of core tests that run with one Python only. They look at texts, at dev.py or at processes of Dask, or they
-# ask for answers to questions that others ask already: nothing in them depends on the versions of Python, NumPy and
-# SciPy. All else runs with the newest as well: numbers, bits, archives, clips, plans.
-ALIKE = ("test_docs.py",)
+# Files of core tests that run with one Python only. All else runs with the newest one as well: what depends on the
+# versions of Python, NumPy and SciPy is how they count, round and pack bits, what they write, and how they read it.
+ONE_PYTHON = (
+    # These look at sources, texts and dev.py, or work with Dask, which is not there.
+    *("docs", "expanse_cluster", "remedies", "security", "set_up", "study_cluster"),
+    # These make much out of what other files test by itself: long walks, large grounds, many embeddings or processes.
+    *("ablation", "capture", "directed", "doctor", "expanse", "limits", "loop", "metrics", "pruning", "repertoire"),
+    *("root_path", "study", "threshold", "walk", "wandering", "why_not"),
+)
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 
 
@@ -146,7 +151,8 @@ def newest_part(options):
     except dev.InstallTrouble as trouble:
         # The other tests need nothing of it.
         return [(name, [sys.executable, "-c", f"import sys; sys.exit({str(trouble)!r})"])]
-    return [pytest_part(name, python, [p for p in sorted(CORE.glob("test_*.py")) if p.name not in ALIKE], options)]
+    files = [path for path in sorted(CORE.glob("test_*.py")) if path.stem[len("test_") :] not in ONE_PYTHON]
+    return [pytest_part(name, python, files, options)]
 
 
 # ------------------------------------------------------------------------------------------------ running
