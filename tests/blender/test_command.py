@@ -100,10 +100,10 @@ def test_report_is_written(sample_file, run, tmp_path):
     assert {"report.html", "report.json"} <= set(files) == {path.name for path in folder.iterdir()} - {".wayfarer.json"}
     assert bpy.context.scene.wayfarer.character.name in (folder / "report.html").read_text("utf-8")
     # Its own files are replaced, and no others.
-    code, out, err = run("report", folder)
+    code, out, err = run("report", folder, *coarse)
     assert code == 0 and f"Report written to {folder}" in out
     (folder / "report.html").write_text("mine")
-    code, out, err = run("report", folder)
+    code, out, err = run("report", folder, *coarse)
     assert code == 1 and "a 'report.html' that Wayfarer did not write" in err
     assert (folder / "report.html").read_text() == "mine"
 
