@@ -1,1 +1,1 @@
-"""What an embedding tells: variability and coverage."""
+"""Measures of embeddings: variability, coverage, weak spots, times to reach, occupancy and more."""

@@ -24,7 +24,7 @@ PLACES_FOR_FLOOR = IMPORTANT_PLACES / IMPORTANT_FLOOR
 
 @dataclass(frozen=True)
 class JointDeletion:
-    """Parts that can be deleted together.
+    """Groups that can be deleted together.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class JointDeletion:
 
     @property
     def allowance(self) -> str:
-        """What might be lost, in words: "1.0% of the covered floor and 5.0% of its positions and headings"."""
+        """The loss that is allowed, in words: "1.0% of the covered floor and 5.0% of its positions and headings"."""
         places = wording.share(allowed_places(self.allowed))
         return f"{wording.share(self.allowed)} of the covered floor and {places} of its positions and headings"
 
@@ -75,19 +75,19 @@ class JointDeletion:
 
 
 def allowed_places(allowed: float) -> float:
-    """Share of the positions and headings that may be lost beside the share ``allowed`` of the floor."""
+    """Return the share of the positions and headings that may be lost beside the share ``allowed`` of the floor."""
     return min(PLACES_FOR_FLOOR * allowed, 1.0)
 
 
 def deletable_together_steps(
     embedding: Embedding, allowed: float, kind: Grouping = Grouping.CLIP
 ) -> Generator[Progress, None, JointDeletion]:
-    """Parts that can all be deleted while the covered floor shrinks by at most the share ``allowed`` (0 to 1), and its
-    positions and headings by :func:`allowed_places`.
+    """Find groups that can all be deleted.
 
-    Greedy: next comes the group that costs least now that those before it are gone. Each choice is tried together with
-    all earlier ones, and in the end no other group could be added; something is always left. Not always the longest
-    list possible: that would take all subsets.
+    The covered floor shrinks by at most the share ``allowed`` (0 to 1), and its positions and headings by
+    :func:`allowed_places`. Greedy: next comes the group that costs least now that those before it are gone. Each choice
+    is tried together with all earlier ones, and in the end no other group could be added; something is always left.
+    Not always the longest list possible: that would take all subsets.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from ..errors import EvaluationError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
 from .geodesic import Geodesics
-from .goals import goal_in_cells
+from .goals import goal_at
 from .reach import time_to_reach_steps
 
 
@@ -118,9 +118,7 @@ def detours_steps(
         near = on_floor & (metres >= radii[0]) & (metres <= radii[1])
         if not near.any():
             continue
-        mask = np.zeros_like(on_floor)
-        mask[tuple(goal)] = True
-        steps = time_to_reach_steps(embedding, goal_in_cells(embedding, mask))
+        steps = time_to_reach_steps(embedding, goal_at(embedding, environment.grid.positions(goal)))
         field = yield from portion(steps, done / len(goals), (done + 1) / len(goals))
         seconds = np.where(covered[near], field.quickest()[near], 0).sum(axis=1) / covered[near].sum(axis=1)
         longer = seconds - metres[near] / speed

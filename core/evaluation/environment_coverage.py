@@ -15,7 +15,7 @@ from .floor import floor_cells
 
 @dataclass(frozen=True)
 class EnvironmentCoverage:
-    """How much of the free ground an embedding covers.
+    """The part of the free ground that an embedding covers.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class EnvironmentCoverage:
 
 
 def environment_coverage(embedding: Embedding) -> EnvironmentCoverage:
-    """Coverage by position and by position and heading; all shares are 0 where nothing is free."""
+    """Measure coverage by position and by position and heading; all shares are 0 where nothing is free."""
     floor = floor_cells(embedding)
     # A path ends free, at a cell's centre: whatever is covered lies on the floor.
     covered = embedding.covered()

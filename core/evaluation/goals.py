@@ -16,7 +16,7 @@ from ..errors import NOTHING_FITS, EvaluationError
 from .segment_groups import segments_with_tag
 
 
-def goal_at(embedding: Embedding, position: tuple[float, float], radius: float = 0.0) -> Nodes:
+def goal_at(embedding: Embedding, position: tuple[float, float] | np.ndarray, radius: float = 0.0) -> Nodes:
     """The nodes of any heading in the cell at a world position (m), and in all cells whose centre is within ``radius``.
 
     On a tiled ground positions repeat.

@@ -23,7 +23,7 @@ PROMPT = 1.0
 
 @dataclass(frozen=True)
 class Maneuverability:
-    """How soon an action can begin.
+    """Times until an action can begin.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def maneuverability_steps(embedding: Embedding, action: SegmentGroup) -> Generat
 def maneuverabilities_steps(
     embedding: Embedding, kind: Grouping = Grouping.CLIP
 ) -> Generator[Progress, None, list[Maneuverability]]:
-    """How soon each segment, clip or tag can begin, in their order; see :func:`maneuverability_steps`."""
+    """Measure how soon each segment, clip or tag can begin, in their order; see :func:`maneuverability_steps`."""
     actions = segment_groups(embedding.graph, kind)
     found = []
     for done, action in enumerate(actions):

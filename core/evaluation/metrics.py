@@ -25,7 +25,7 @@ PAIRS_FOR_A_GOAL = 5
 
 @dataclass(frozen=True)
 class Metrics:
-    """What is measured of an embedding.
+    """All metrics of an embedding.
 
     Attributes
     ----------

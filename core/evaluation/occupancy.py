@@ -16,7 +16,7 @@ from .markov_chain import MarkovChain, StationaryFlow
 
 @dataclass(frozen=True)
 class Occupancy:
-    """Where walkers spend their time.
+    """Shares of the time that walkers spend in each place.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Occupancy:
 def occupancy_steps(
     embedding: Embedding, tolerance: float = 1e-5, max_steps: int = 5000
 ) -> Generator[Progress, None, Occupancy]:
-    """Where random walkers that take each outgoing link with the same probability spend their time in the long run.
+    """Find where random walkers spend their time in the long run, if each outgoing link is as likely as the others.
 
     Power iteration of the stationary distribution over all nodes, each weighted by the duration of the links taken
     there. Ends when one more step would move less than ``tolerance`` of the walkers, or after ``max_steps`` steps: the

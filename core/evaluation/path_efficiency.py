@@ -13,12 +13,13 @@ import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
+from ..embedding.footprint import edited_path
+from ..embedding.link_reader import LinkReader
 from ..errors import EvaluationError
 from ..progress import Progress, portion
 from .geodesic import Geodesics
-from .goals import goal_in_cells
-from .quickest_way import WalkedLengths
-from .reach import time_to_reach_steps
+from .goals import goal_at
+from .reach import NEVER, ReachField, time_to_reach_steps
 
 #: Metres between two places below which single segments decide, not the way.
 MIN_DISTANCE = 1.0
@@ -60,7 +61,7 @@ class PathEfficiency:
 
     @property
     def standard_error(self) -> float:
-        """Of the mean, as far as pairs with different goals are independent of one another; nan for a single goal.
+        """Standard error of the mean, as far as pairs with different goals are independent; nan for a single goal.
 
         Pairs that share a goal are alike, so that goals are what is drawn (the cluster-robust variance of a mean).
         """
@@ -78,7 +79,7 @@ class PathEfficiency:
 
     @property
     def sample(self) -> str:
-        """How many pairs and goals were drawn, in words."""
+        """The numbers of pairs and goals that were drawn, in words."""
         return f"{wording.counted(len(self.walked), 'pair')}, {wording.counted(self.n_goals, 'goal')}"
 
     @property
@@ -100,7 +101,7 @@ class PathEfficiency:
 def path_efficiency_steps(
     embedding: Embedding, rng: np.random.Generator, n_pairs: int = 100, n_goals: int = 20
 ) -> Generator[Progress, None, PathEfficiency]:
-    """Efficiency over pairs of places drawn from the floor that the embedding covers, at least a metre apart.
+    """Measure efficiency over pairs of places drawn from the floor that the embedding covers, at least a metre apart.
 
     Parameters
     ----------
@@ -130,12 +131,8 @@ def path_efficiency_steps(
         if not len(far):
             continue
         chosen = rng.choice(far, wanted.pop(), replace=True)
-        mask = np.zeros(embedding.shape[:2], dtype=bool)
-        mask[tuple(goal)] = True
-        done = len(starts) / n_goals
-        field = yield from portion(
-            time_to_reach_steps(embedding, goal_in_cells(embedding, mask)), done, done + 1 / n_goals
-        )
+        done, nodes = len(starts) / n_goals, goal_at(embedding, embedding.environment.grid.positions(goal))
+        field = yield from portion(time_to_reach_steps(embedding, nodes), done, done + 1 / n_goals)
         starts.append(places[chosen])
         goals.append(np.broadcast_to(goal, (len(chosen), 2)))
         seconds.append(field.floor()[tuple(places[chosen].T)].astype(float))
@@ -147,3 +144,58 @@ def path_efficiency_steps(
             "way; give the character more room."
         )
     return PathEfficiency(*(np.concatenate(parts) for parts in (starts, goals, seconds, walked, metres)))
+
+
+class WalkedLengths:
+    """Lengths of the quickest walks of an embedding, to the goals of any of its fields of times to reach."""
+
+    def __init__(self, embedding: Embedding):
+        self._embedding, self._reader = embedding, LinkReader(embedding)
+        self._metres = np.full(len(embedding.unrolling.stencils), np.nan)
+
+    def from_cells(self, field: ReachField, cells: np.ndarray) -> np.ndarray:
+        """(n,) metres of a quickest walk from each of (n, 2) cells, in whatever heading is best; infinite if none.
+
+        Of several links that are as quick the walk takes the shortest, and of these the first stencil: others that
+        arrive as early may be a little longer or shorter.
+        """
+        nodes = np.array([self._quickest_node(field, cell) for cell in np.asarray(cells).tolist()], dtype=int)
+        metres = np.zeros(len(nodes))
+        left = field.frames_at(nodes)
+        metres[left == NEVER] = np.inf
+        on = np.flatnonzero((left > 0) & (left != NEVER))
+        while len(on):
+            rows, stencils = self._reader.links_from(nodes[on])
+            ends = self._reader.wrapped(self._reader.ends(nodes[on][rows], stencils))
+            quick = field.on_quickest_way(nodes[on][rows], ends)
+            rows, stencils, ends = rows[quick], stencils[quick], ends[quick]
+            lengths = self._lengths(stencils)
+            order = np.lexsort((stencils, lengths, rows))
+            # Every node with a time has a quickest link: as many are chosen as there are rows.
+            chosen = order[np.flatnonzero(np.diff(rows[order], prepend=-1))]
+            metres[on] += lengths[chosen]
+            nodes[on] = ends[chosen]
+            on = on[field.frames_at(nodes[on]) > 0]
+        return metres
+
+    def _quickest_node(self, field: ReachField, cell: list[int]) -> tuple[int, int, int, int]:
+        """The node of a cell with the least time; the one of the lowest segment and heading if there are several."""
+        _, _, n_headings, n_segments = self._embedding.shape
+        segment, heading = np.divmod(np.arange(n_segments * n_headings), n_headings)
+        here = np.column_stack([np.broadcast_to(cell, (len(segment), 2)), heading, segment])
+        best = int(np.argmin(field.frames_at(here)))
+        return cell[0], cell[1], int(heading[best]), int(segment[best])
+
+    def _lengths(self, stencils: np.ndarray) -> np.ndarray:
+        """(n,) metres of the edited paths of stencils, each measured once."""
+        known, of = self._embedding.unrolling.stencils, self._embedding.graph.segments
+        for k in np.unique(stencils[np.isnan(self._metres[stencils])]).tolist():
+            path = edited_path(
+                of[known.segment[k]],
+                int(known.heading[k]),
+                self._embedding.environment.grid,
+                known.position_error[k],
+                known.heading_error[k],
+            )
+            self._metres[k] = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum()
+        return self._metres[stencils]

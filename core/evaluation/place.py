@@ -1,17 +1,18 @@
-"""Everything there is to know about one place on the ground."""
+"""Report on one place on the ground."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..embedding.link_reader import LinkReader
 from ..wording import angle, counted, number, place
 from .why_not import Reason, floor_reasons, place_reason
 
 
 @dataclass(frozen=True)
 class PlaceReport:
-    """Everything there is to know about one cell.
+    """The numbers of one cell.
 
     Attributes
     ----------
@@ -39,7 +40,7 @@ class PlaceReport:
         return int(np.count_nonzero(self.variability))
 
     def lines(self, n_segments: int = 4) -> list[str]:
-        """The report in short lines."""
+        """Return the report in short lines."""
         n_headings, ways = len(self.variability), int(self.variability.sum())
         lines = [f"Cell {self.cell[0]}, {self.cell[1]} at {place(*self.position)}"]
         if self.reason:
@@ -58,23 +59,26 @@ class PlaceReport:
 
 
 def place_report(embedding: Embedding, x: float, y: float, reasons: np.ndarray | None = None) -> PlaceReport | None:
-    """What there is to know about the cell at x, y (m); None beside the ground.
+    """Report on the cell at x, y (m); None beside the ground.
 
-    ``reasons`` is what ``why_not(embedding)`` gave, (nx, ny, n_headings), if anybody asked; it takes about as long as
-    embedding, everything else here no time.
+    ``reasons`` is what :func:`.why_not.why_not_steps` gave, (nx, ny, n_headings), if anybody asked; it takes about as
+    long as embedding, everything else here no time.
     """
-    grid = embedding.environment.grid
+    grid, (nx, ny, n_headings, n_segments) = embedding.environment.grid, embedding.shape
     cell = grid.cells(np.array([x, y]))
-    size = np.array(grid.shape[:2])
     if grid.tiled:
-        cell = cell % size
-    if np.any(cell < 0) or np.any(cell >= size):
+        cell = cell % (nx, ny)
+    if np.any(cell < 0) or np.any(cell >= (nx, ny)):
         return None
     column, row = cell.tolist()
-    ways = _ways_at(embedding, column, row)
+    segment, heading = np.divmod(np.arange(n_segments * n_headings), n_headings)
+    nodes = np.column_stack([np.broadcast_to(cell, (len(segment), 2)), heading, segment])
+    links = LinkReader(embedding)
+    nodes = nodes[links.are_nodes(nodes)]
+    ways = np.zeros((n_segments, n_headings), dtype=np.int64)
+    ways[nodes[:, 3], nodes[:, 2]] = links.variability(nodes)
     totals = ways.sum(axis=1)
-    present = _present_at(embedding, column, row).any(axis=1)
-    order = sorted(np.flatnonzero(present).tolist(), key=lambda s: (-totals[s], s))
+    order = sorted(np.unique(nodes[:, 3]).tolist(), key=lambda s: (-totals[s], s))
     reason = ""
     if reasons is not None:
         floor = floor_reasons(reasons[column : column + 1, row : row + 1])
@@ -87,51 +91,3 @@ def place_report(embedding: Embedding, x: float, y: float, reasons: np.ndarray |
         reason=reason,
         segments=tuple((embedding.graph.segments[s].name, int(totals[s])) for s in order),
     )
-
-
-def _present_at(embedding: Embedding, x: int, y: int) -> np.ndarray:
-    """(n_segments, n_headings) bool: the nodes that stand in a cell."""
-    bit = embedding.unrolling.layout.bit(x, y)
-    _, _, n_headings, n_segments = embedding.shape
-    here = [plane >> bit & 1 for plane in embedding.planes]
-    return np.array(here, dtype=bool).reshape(n_segments, n_headings)
-
-
-def _ways_at(embedding: Embedding, x: int, y: int) -> np.ndarray:
-    """(n_segments, n_headings) int64: segment variability of the nodes in a cell, link by link.
-
-    Only the stencils that start or end there are looked at: a whole map of degrees takes longer, and much memory.
-    """
-    nx, ny, n_headings, n_segments = embedding.shape
-    layout, stencils, planes = embedding.unrolling.layout, embedding.unrolling.stencils, embedding.planes
-    tiled, network = embedding.environment.grid.tiled, embedding.network
-    here = layout.bit(x, y)
-
-    def bit_after(column: int, row: int) -> int | None:
-        if tiled:
-            return layout.bit(column % nx, row % ny)
-        return layout.bit(column, row) if 0 <= column < nx and 0 <= row < ny else None
-
-    arriving = np.zeros((n_segments, n_headings), dtype=np.int64)
-    landing = np.zeros((n_segments, n_headings), dtype=np.int64)
-    rows = zip(
-        stencils.segment.tolist(),
-        stencils.heading.tolist(),
-        stencils.destination_heading.tolist(),
-        stencils.dx.tolist(),
-        stencils.dy.tolist(),
-        embedding.unrolling.valid,
-        strict=True,
-    )
-    for segment, heading, turned, dx, dy, valid in rows:
-        start = bit_after(x - dx, y - dy)
-        if start is not None and valid >> start & 1:
-            arriving[segment, turned] += sum(
-                planes[parent * n_headings + heading] >> start & 1 for parent in network.parents[segment]
-            )
-        if valid >> here & 1:
-            end = bit_after(x + dx, y + dy)
-            if end is not None and planes[segment * n_headings + turned] >> end & 1:
-                landing[segment, heading] += 1
-    leaving = np.array([landing[children].sum(axis=0) for children in network.children])
-    return arriving * leaving * _present_at(embedding, x, y)

@@ -52,7 +52,7 @@ class Query:
 
     @property
     def words(self) -> str:
-        """What it is about: "region 'Door'"."""
+        """The goal in words: "region 'Door'"."""
         if self.kind is GoalKind.CURSOR:
             return place(*self.place)
         if self.kind is GoalKind.CLIP:
@@ -66,7 +66,7 @@ class Query:
 
 
 def query_nodes(embedding: Embedding, query: Query) -> Nodes:
-    """The nodes that a question is about; EvaluationError, with what there is to choose, if there are none.
+    """Return the nodes that a question is about; EvaluationError, with what there is to choose, if there are none.
 
     A tag is reached right after doing it. A clip is reached where it can begin, and left where it has ended.
     """
@@ -83,6 +83,6 @@ def query_nodes(embedding: Embedding, query: Query) -> Nodes:
 
 
 def query_steps(embedding: Embedding, query: Query) -> Generator[Progress, None, ReachField]:
-    """Exact times from everywhere to what a question is about, or from there to everywhere."""
+    """Find exact times from everywhere to what a question is about, or from there to everywhere."""
     steps = time_from_steps if query.forwards else time_to_reach_steps
     return (yield from steps(embedding, query_nodes(embedding, query)))

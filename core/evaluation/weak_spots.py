@@ -33,7 +33,7 @@ _PHRASE = {
 
 
 class Weakness(Enum):
-    """What is wrong with a weak spot."""
+    """The two ways to be a weak spot."""
 
     UNREACHED = "Not Reached"
     """Variability is 0: nothing passes."""
@@ -42,7 +42,7 @@ class Weakness(Enum):
 
 
 class Domain(Enum):
-    """Where areas are sought."""
+    """The space in which areas are sought."""
 
     FLOOR = "Floor"
     """Cells (x, y); their variability is summed over headings."""
@@ -52,7 +52,7 @@ class Domain(Enum):
 
 @dataclass(frozen=True)
 class WeakSpotSettings:
-    """What counts as a weak spot.
+    """The limits of what counts as a weak spot.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ class WeakSpots:
 def weak_spots_steps(
     embedding: Embedding, settings: WeakSpotSettings | None = None
 ) -> Generator[Progress, None, WeakSpots]:
-    """Connected areas of the free floor that the embedding does not reach, or reaches in few ways (paper, 4.1).
+    """Find connected areas of the free floor that the embedding does not reach, or reaches in few ways (paper, 4.1).
 
     Areas that are not reached and areas with few ways are separate spots, also where they touch. What lies under a
     region's rule (:func:`.floor.ruled_cells`) is neither. An empty embedding
@@ -206,7 +206,7 @@ def weak_spots_steps(
 
 
 def connected_areas(mask: np.ndarray, tiled: bool, diagonal: bool = False) -> list[np.ndarray]:
-    """The connected parts of an (nx, ny) or (nx, ny, n_headings) bool mask: (2 or 3, n) int arrays of cells, in order.
+    """Find the connected parts of an (nx, ny) or (nx, ny, n_headings) bool mask: (2 or 3, n) int arrays of cells.
 
     Neighbours share a side, or with ``diagonal`` at least a corner. Headings join at 360 degrees; x and y join at the
     edges if ``tiled``.

@@ -18,7 +18,7 @@ _SIZES = ("floor", "share", "places", "nodes", "links")
 
 
 class PruningMethod(Enum):
-    """How an embedding is made smaller."""
+    """The ways to make an embedding smaller."""
 
     LOCAL = "local"
     GLOBAL = "global"
@@ -27,7 +27,7 @@ class PruningMethod(Enum):
 
 @dataclass(frozen=True)
 class PruningSettings:
-    """How an embedding is to be pruned; only what the method needs counts.
+    """A way to prune an embedding; only what its method needs counts.
 
     Attributes
     ----------

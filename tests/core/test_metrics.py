@@ -22,8 +22,7 @@ from core.evaluation.geodesic import Geodesics
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.link_utility import link_utility
 from core.evaluation.maneuverability import maneuverabilities_steps
-from core.evaluation.path_efficiency import PathEfficiency, path_efficiency_steps
-from core.evaluation.quickest_way import WalkedLengths
+from core.evaluation.path_efficiency import PathEfficiency, WalkedLengths, path_efficiency_steps
 from core.evaluation.reach import time_to_reach_steps
 from core.evaluation.segment_groups import Grouping, segment_groups
 from core.evaluation.turn_balance import turn_balance

@@ -57,7 +57,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class CandidateFamily:
-    """Which motions to try.
+    """The motions to try.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class CandidateFamily:
 
 
 def augmented(graph: MotionGraph, candidate: Candidate) -> MotionGraph:
-    """The motion graph with a candidate as its last segment; what was dropped is left out."""
+    """Add a candidate to the motion graph as its last segment; what was dropped is left out."""
     new = len(graph.segments)
     added = [(parent, new) for parent in candidate.parents] + [(new, child) for child in candidate.children]
     if candidate.repeats:
@@ -104,7 +104,7 @@ def augmented(graph: MotionGraph, candidate: Candidate) -> MotionGraph:
 
 
 def template_segment(embedding: Embedding) -> int:
-    """The segment whose neighbours new motions get: of those that travel, the one that most pairs of links meet in.
+    """Choose the segment whose neighbours new motions get: of those that travel, the one most pairs of links meet in.
 
     Among equals the one with the most nodes in the embedding, then the first. Where none travels, all take part.
     """
@@ -117,14 +117,14 @@ def template_segment(embedding: Embedding) -> int:
 
 
 def nodes_of_segments(embedding: Embedding) -> list[int]:
-    """Number of nodes that each segment has in the embedding."""
+    """Count the nodes that each segment has in the embedding."""
     n_headings = embedding.shape[2]
     sizes = [plane.bit_count() for plane in embedding.planes]
     return [sum(sizes[i : i + n_headings]) for i in range(0, len(sizes), n_headings)]
 
 
 def candidates(embedding: Embedding, family: CandidateFamily | None = None, retimed: bool = False) -> list[Candidate]:
-    """The family of motions to try for an embedding.
+    """Lay out the family of motions to try for an embedding.
 
     Virtual segments are circular arcs with constant speed: as long as it takes at the mean speed of the segments that
     travel, or at the mean turn rate of those that turn, whichever takes longer. They, and mirror images, begin and end

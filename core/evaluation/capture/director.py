@@ -15,7 +15,7 @@ from .trial import trials_steps
 
 @dataclass(frozen=True)
 class Gain:
-    """What one more motion would open.
+    """The ground that one more motion would open.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Gain:
 
     @property
     def objective(self) -> float | None:
-        """By how much the objective falls; None if none was asked for."""
+        """The fall of the objective; None if none was asked for."""
         if self.before.objective is None or self.after.objective is None:
             return None
         # An endless time that becomes finite is worth more than anything else; two endless ones are the same.
@@ -70,7 +70,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class CaptureAdvice:
-    """What to capture next.
+    """Motions to capture next.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class CaptureAdvice:
 def direct_capture_steps(
     embedding: Embedding, tried: Sequence[Candidate] | None = None, objective: Objective | None = None
 ) -> Generator[Progress, None, CaptureAdvice]:
-    """Which motion, if it were captured, would open most of the ground that is not reached?
+    """Rank motions by how much of the ground that is not reached they would open if they were captured.
 
     Each candidate is added to the motion graph alone. What it opens is exactly what embedding the larger graph would
     cover beyond the old embedding: all of it is free floor. If the old embedding is empty, or another component becomes
