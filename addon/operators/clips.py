@@ -4,13 +4,12 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ...core.errors import ClipError
-from ...core.motion.doctor import Remedy, RemedyKind
+from ...core.motion.doctor import ClipHealth, Remedy, RemedyKind, clip_health, clip_motions
 from ...core.motion.in_place import with_root_motion
 from ...core.progress import Progress, portion
 from ..bridge.read_actions import read_clip
 from ..bridge.text import counted
 from ..bridge.write_action import write_clip
-from ..examination import ClipHealth, clip_health, clip_motions
 from ..jobs import LongOperator
 from ..results.state import health_of, keep_health, keep_motion
 from ..scene.inputs import doctor_settings, read_character_steps

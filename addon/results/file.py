@@ -26,11 +26,11 @@ from ...core.embedding.archive import embedding_from_bytes, embedding_to_bytes
 from ...core.embedding.embedding import Embedding
 from ...core.errors import MotionGraphError, WalkError
 from ...core.evaluation.why_not import LostLinks
+from ...core.motion.doctor import ClipMotion
 from ...core.motion.graph_archive import graph_from_bytes, graph_to_bytes
 from ...core.motion.graph_summary import summarize
 from ...core.playback.walk import Walk
 from ...core.tuning.pruning import pruning_from_plain, pruning_to_plain
-from ..examination import ClipMotion
 from ..session import SESSION, start_timer, stop_timer
 from .state import (
     MARK,

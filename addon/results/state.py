@@ -15,11 +15,11 @@ import bpy
 
 from ...core.embedding.embedding import Embedding
 from ...core.evaluation.why_not import LostLinks
+from ...core.motion.doctor import ClipHealth, ClipMotion
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_summary import summarize
 from ...core.playback.walk import Walk
 from ..bridge.clip_actions import character_problem
-from ..examination import ClipHealth, ClipMotion
 from ..properties.graph_names import SOURCE
 from ..render.contact_strip import ContactShares
 from ..render.floor import find_floor

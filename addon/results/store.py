@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 from ...core.embedding.embedding import Embedding
 from ...core.errors import MotionGraphError
 from ...core.evaluation.why_not import LostLinks
+from ...core.motion.doctor import ClipHealth, ClipMotion
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_summary import GraphSummary
 from ...core.playback.walk import Walk
 from ...core.tuning.pruning import Pruning
-from ..examination import ClipHealth, ClipMotion
 from ..render.contact_strip import ContactShares
 from ..session import SESSION
 

@@ -13,9 +13,9 @@ from mathutils import Vector
 from ...core.embedding.embedding import Embedding, embed_steps
 from ...core.errors import ClipError
 from ...core.evaluation.variability import coverage_share
+from ...core.motion.doctor import ClipMotion, clip_motions
 from ...core.motion.graph import MotionGraph, build_motion_graph_steps
 from ...core.progress import Progress, portion
-from ..examination import ClipMotion, clip_motions
 from ..scene.inputs import (
     SceneShapes,
     graph_settings,

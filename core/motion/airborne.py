@@ -1,4 +1,4 @@
-"""When both feet are off the ground: jumps, which may cross what walking may not."""
+"""Jumps, in which both feet are off the ground and may cross what walking may not."""
 
 from collections.abc import Sequence
 
@@ -10,9 +10,9 @@ from .contacts import FLOOR_PERCENTILE, foot_joints
 
 
 def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: float) -> np.ndarray:
-    """(F,) bool: frames in which all joints of both feet are more than ``height`` (m) above where they stand.
+    """Find the (F,) bool mask of frames in which all joints of both feet are ``height`` (m) above where they stand.
 
-    ``feet`` holds the joint indices of either foot, as from :func:`core.motion.joint_roles.foot_joints`. Each joint's
+    ``feet`` holds the joint indices of either foot, as from :func:`core.motion.contacts.foot_joints`. Each joint's
     floor is the clip's own.
     """
     joints = [joint for foot in feet for joint in foot]
@@ -23,13 +23,13 @@ def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: floa
 
 
 def jump_mask(clip: MotionClip, height: float, lift: float = 0.03, lead: float = 0.1) -> np.ndarray:
-    """(F,) bool: the jumps of a clip that clear ``height`` (m), from before take-off to after landing.
+    """Find the (F,) bool mask of the jumps of a clip that clear ``height`` (m), from before take-off to after landing.
 
     A jump is a stretch in which both feet are off the ground, by more than ``lift`` (m), and at some moment by more
     than ``height``; it counts from ``lead`` (s) before to ``lead`` after that stretch, in which the body leans into
     the jump and catches itself. No frame if the clip holds no such jump.
 
-    Raises ClipError if the feet cannot be told from the skeleton.
+    Raises ClipError if the skeleton has no feet that can be recognized.
     """
     feet = foot_joints(clip.skeleton)
     off_ground, high = clearance_mask(clip, feet, lift), clearance_mask(clip, feet, height)

@@ -1,4 +1,4 @@
-"""How large a character is beside a person: what is stated in metres for a person grows with it."""
+"""Size of a character beside a person: what is stated in metres for a person grows with it."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from .skeleton import Skeleton
 #: Thigh and shin of a person of 1.75 m, in metres.
 _LEGS = 0.845
 
-#: Stature beside legs, for skeletons whose names do not tell the legs.
+#: Stature beside legs, for skeletons whose names do not say where the legs are.
 _STATURE_TO_LEGS = 1.55 / _LEGS
 
 #: Anyone between these is a person, and compared with others in plain metres.
@@ -21,10 +21,10 @@ _FLESH, _HALF_WIDTH = 0.09, 0.145
 
 
 def body_radius(skeleton: Skeleton) -> float:
-    """Metres that a walking character needs to each side: half the width of its shoulders, and flesh.
+    """Return the metres that a walking character needs to each side: half the width of its shoulders, and flesh.
 
-    Arms that swing out farther are left out, as by someone who passes through a door. Of a skeleton whose arms or legs
-    cannot be told, a share of its height.
+    Arms that swing out farther are left out, as by someone who passes through a door. A share of the height of a
+    skeleton without recognizable arms or legs.
     """
     roles, positions = skeleton.roles, skeleton.rest_world[1]
     arms = [roles.get((JointRole.UPPER_ARM, side), ()) for side in ("left", "right")]
@@ -35,7 +35,7 @@ def body_radius(skeleton: Skeleton) -> float:
 
 
 def relative_size(skeleton: Skeleton) -> float:
-    """Size beside a person's: 1 for everyone of human size, 10 for a giant of 17 m.
+    """Return the size beside a person's: 1 for everyone of human size, 10 for a giant of 17 m.
 
     By the length of the legs in the rest pose, because stature depends on hats and weapons.
     """
@@ -47,5 +47,5 @@ def relative_size(skeleton: Skeleton) -> float:
     else:
         legs = skeleton.stature / _STATURE_TO_LEGS
     size = legs / _LEGS
-    # A rest pose shrunk to a point tells no size.
+    # A rest pose shrunk to a point has no size.
     return 1.0 if _PERSONS[0] <= size <= _PERSONS[1] or size < 1e-3 else size

@@ -88,7 +88,7 @@ class MotionClip:
             raise ClipError(f"Clip '{self.name}': the heading needs one angle per frame.")
 
     def _where(self, bad: np.ndarray) -> str:
-        """The first place where the (F, J) mask is set, for people."""
+        """Name the first place where the (F, J) mask is set, for people."""
         frame, joint = np.argwhere(bad)[0]
         return f"sample {frame}, bone '{self.skeleton.names[joint]}'"
 
@@ -127,7 +127,7 @@ class MotionClip:
         return world_transforms(self.rotations, self.translations, self.skeleton.parents)
 
     def resampled(self, frame_rate: float) -> "MotionClip":
-        """The same motion at another rate; rotations by spherical interpolation, tags by the nearest frame."""
+        """Return the motion at another rate; rotations by spherical interpolation, tags by the nearest frame."""
         if frame_rate == self.frame_rate:
             return self
         n_frames = int(np.floor(self.duration * frame_rate + 1e-6)) + 1

@@ -32,7 +32,7 @@ def check_skeletons(clips: Sequence[MotionClip]) -> None:
 
 
 def distinctly_named(clips: Sequence[MotionClip]) -> list[MotionClip]:
-    """The clips, renamed "walk (2)" where a name has been used before."""
+    """Return the clips, those whose name has been used before as "walk (2)"."""
     taken = {clip.name for clip in clips}
     used: set[str] = set()
     named = []

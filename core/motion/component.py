@@ -6,10 +6,13 @@ from scipy.sparse.csgraph import connected_components
 
 
 def largest_component(n_segments: int, links: np.ndarray) -> np.ndarray:
-    """(S,) bool: the segments of the largest strongly connected component of ``links`` (L, 2).
+    """Find the (S,) bool mask of the segments of the largest strongly connected component of ``links`` (L, 2).
 
     Of equally large ones the one with most links. A component must hold a link, so that it can be walked in:
     all False if there is none.
+
+    >>> largest_component(4, np.array([[0, 1], [1, 0], [1, 2], [3, 3]]))
+    array([ True,  True, False, False])
     """
     if len(links) == 0:
         return np.zeros(n_segments, dtype=bool)

@@ -13,14 +13,14 @@ from .cutting import CONTINUATION, MAX_ROUNDS, Ascent
 
 
 def kept_goodness(goodness: csr_matrix, lengths: np.ndarray, cuts: list[np.ndarray]) -> float:
-    """:func:`.cutting.total_goodness` of the links within the largest strongly connected component only."""
+    """Return the :func:`.cutting.total_goodness` of the links within the largest strongly connected component only."""
     return _NOTHING.joined_by(_FrameLinks(goodness, lengths), dict(enumerate(cuts))).kept_goodness
 
 
 def reconnect_steps(
     goodness: csr_matrix, lengths: np.ndarray, min_gap: int, cuts: list[np.ndarray]
 ) -> Generator[Progress, None, tuple[list[np.ndarray], float]]:
-    """Cuts of which more is kept: coordinate ascent on :func:`kept_goodness`, beginning with ``cuts``.
+    """Find cuts of which more is kept: coordinate ascent on :func:`kept_goodness`, beginning with ``cuts``.
 
     The cuts that are best in total waste some on segments that nothing leads to or back from. Here a clip's
     cuts count only for what links them to the component that the other clips make, and they must be entered
@@ -49,14 +49,14 @@ def reconnect_steps(
 
 
 class _FrameLinks:
-    """Which frames link to which, by row."""
+    """The links between frames, by row."""
 
     def __init__(self, goodness: csr_matrix, lengths: np.ndarray):
         self.indptr, self.indices, self.data = goodness.indptr, goodness.indices, goodness.data
         self.offsets = np.concatenate([[0], np.cumsum(lengths)])
 
     def of(self, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All entries of some rows: (which of ``frames``, the frame linked to, goodness), (L,) each."""
+        """Return all entries of some rows: (index into ``frames``, the frame linked to, goodness), (L,) each."""
         begin = self.indptr[frames]
         counts = self.indptr[frames + 1] - begin
         which = np.repeat(np.arange(len(frames)), counts)
@@ -90,7 +90,7 @@ class _CutClips:
         return float(self.value[self.kept[self.source] & self.kept[self.target]].sum())
 
     def without(self, clip: int) -> "_CutClips":
-        """The same without a clip's segments and their links."""
+        """Return the rest without a clip's segments and their links."""
         stay = self.clip != clip
         if stay.all():
             return self
@@ -106,7 +106,7 @@ class _CutClips:
         )
 
     def joined_by(self, links: _FrameLinks, cuts: Mapping[int, np.ndarray]) -> "_CutClips":
-        """The same with the segments that ``cuts`` make of some clips that have none yet."""
+        """Return these and the segments that ``cuts`` make of some clips that have none yet."""
         frames = [links.offsets[clip] + own for clip, own in cuts.items()]
         first = np.concatenate([_NONE, *(own[:-1] for own in frames)])
         if len(first) == 0:
@@ -118,7 +118,7 @@ class _CutClips:
         # At most one segment starts at a frame, and at most one ends there.
         starting, ending = np.full((2, links.offsets[-1]), -1)
         starting[self.first] = ending[self.last] = np.arange(n_before)
-        # Goodness is symmetric: the row of a segment's first frame tells from where it can be entered.
+        # Goodness is symmetric: the row of a segment's first frame holds from where it can be entered.
         entered, enter_from, enter_value = links.of(first)
         enter_from = ending[enter_from]
         entry = enter_from >= 0

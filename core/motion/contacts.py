@@ -1,4 +1,4 @@
-"""When the feet are on the ground."""
+"""Contacts: the frames in which the feet are on the ground."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ Feet = tuple[tuple[str, ...], tuple[str, ...]]
 
 @dataclass(frozen=True)
 class ContactSettings:
-    """When a foot counts as planted: a joint of it is low and slow.
+    """Thresholds for a foot to count as planted: a joint of it is low and slow.
 
     A joint is planted from where it is below ``height`` and slower than ``speed``, and stays so until it
     rises above ``release_height`` or gets faster than ``release_speed``.
@@ -52,7 +52,7 @@ def foot_joints(skeleton: Skeleton, by_name: Feet | None = None) -> tuple[tuple[
     """Find the joints of the left and the right foot that may touch the ground: ankle, then toes where there are any.
 
     ``by_name`` names them; otherwise they are guessed from the names, and failing that taken to be the two
-    lowest chains of the rest pose. ClipError if there is no telling.
+    lowest chains of the rest pose. ClipError if nothing says which they are.
     """
     if by_name is not None:
         left, right = (tuple(skeleton.index(name) for name in names) for names in by_name)
@@ -67,19 +67,19 @@ def foot_joints(skeleton: Skeleton, by_name: Feet | None = None) -> tuple[tuple[
 
 
 def foot_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> np.ndarray:
-    """(F, 2) bool: whether the left and the right foot are planted in each frame.
+    """Find the frames in which the left and the right foot are planted: (F, 2) bool.
 
     A foot is planted while its ankle or its toes are. Heights count from the clip's own floor: the lowest
     that either foot's ankle (toes) gets, so that a foot held up is not taken for a standing one. ClipError if
-    the feet cannot be told from the skeleton.
+    the skeleton has no feet that can be recognized.
     """
     return np.column_stack([planted.any(axis=1) for planted in joint_contacts(clip, settings)])
 
 
 def joint_contacts(clip: MotionClip, settings: ContactSettings | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """For the left and the right foot an (F, n) bool array: which of its joints are planted in each frame.
+    """Find the planted joints of the left and of the right foot: an (F, n) bool array for each.
 
-    Joints in the order of :func:`.joint_roles.foot_joints`; see :func:`foot_contacts`.
+    Joints in the order of :func:`foot_joints`; see :func:`foot_contacts`.
     """
     settings = settings or ContactSettings()
     feet = foot_joints(clip.skeleton, settings.feet)
@@ -101,7 +101,7 @@ def joint_contacts(clip: MotionClip, settings: ContactSettings | None = None) ->
 
 
 def _latched(enter: np.ndarray, leave: np.ndarray) -> np.ndarray:
-    """(F,) bool: whether ``enter`` was True more recently than ``leave``.
+    """(F,) bool: frames at which ``enter`` was True later than ``leave``.
 
     What comes before the first of either is the opposite of it: a foot about to leave has been planted.
     """
@@ -118,8 +118,8 @@ def _lowest_chains(skeleton: Skeleton) -> tuple[tuple[int, ...], tuple[int, ...]
     height = positions[:, 2]
     leaves = np.setdiff1d(np.arange(1, skeleton.n_joints), skeleton.parents)
     leaves = leaves[np.argsort(height[leaves], kind="stable")]
-    # Toes of one foot meet at its ankle, legs meet at the hips: tell them apart by the height of the meeting
-    # point.
+    # Toes of one foot meet at its ankle, legs meet at the hips: the height of the meeting point
+    # says which.
     ankle_height = height.min() + 0.25 * np.ptp(height)
     for other in leaves[1:]:
         meeting = next(joint for joint in skeleton.ancestors(other) if joint in skeleton.ancestors(leaves[0]))

@@ -1,4 +1,4 @@
-"""Where to cut the clips so that the pieces link as often and as well as possible."""
+"""Choosing cuts of the clips so that the pieces link as often and as well as possible."""
 
 from collections.abc import Generator, Iterator
 from itertools import pairwise
@@ -22,7 +22,7 @@ MAX_ROUNDS = 100
 def cut_steps(
     goodness: csr_matrix, lengths: np.ndarray, min_gap: int, n_starts: int, rng: np.random.Generator
 ) -> Generator[Progress, None, list[list[np.ndarray]]]:
-    """Locally best cuts of all clips, from ``n_starts`` different beginnings.
+    """Find locally best cuts of all clips, from ``n_starts`` different beginnings.
 
     Coordinate ascent on :func:`total_goodness`: clip by clip, the cuts become the best there are while the
     other clips' cuts stay; rounds repeat until none improves.
@@ -56,11 +56,15 @@ def cut_steps(
 
 
 def total_goodness(goodness: csr_matrix, lengths: np.ndarray, cuts: list[np.ndarray]) -> float:
-    """Goodness summed over all links between the segments that the cuts make.
+    """Sum the goodness of all links between the segments that the cuts make.
 
     A segment ends at every cut but the clip's first and starts at every cut but the last; a link leads from
     every end to every start that ``goodness`` has an entry for, and across every cut in between to the next
     segment.
+
+    >>> goodness = csr_matrix(([0.5, 0.5], ([0, 5], [5, 0])), shape=(6, 6))
+    >>> total_goodness(goodness, np.array([6]), [np.array([0, 3, 5])])  # from the end to the start, and on at 3
+    1.5
     """
     offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     starts, ends = np.zeros(sum(lengths)), np.zeros(sum(lengths))
@@ -77,7 +81,7 @@ def best_cuts(
     may_open: np.ndarray | None = None,
     may_close: np.ndarray | None = None,
 ) -> np.ndarray:
-    """The cuts of one clip that are worth most, exactly, by dynamic programming over its frames.
+    """Find the cuts of one clip that are worth most, exactly, by dynamic programming over its frames.
 
     Parameters
     ----------
@@ -93,6 +97,11 @@ def best_cuts(
     -------
     (K,) int array
         Ascending; empty if no pair of cuts is worth anything. The earliest of equally good ones.
+
+    Examples
+    --------
+    >>> best_cuts(np.array([3.0, 1, 0, 0, 0, 0]), np.array([0.0, 0, 0, 2, 0, 3]), min_gap=2)
+    array([0, 3, 5])
     """
     n_frames = len(start_value)
     if n_frames <= min_gap:
@@ -138,7 +147,7 @@ class Ascent:
         self.inside = [rows[:, clip] for rows, clip in zip(self.rows, self.ranges, strict=True)]
 
     def climb(self, expected: np.ndarray) -> Generator[Progress, None, list[np.ndarray]]:
-        """Cuts that no change of a single clip's cuts, found by dynamic programming, makes better.
+        """Find cuts that no change of a single clip's cuts, found by dynamic programming, makes better.
 
         ``expected`` (N,) says with what weight each frame counts as a cut until its clip has been cut. Pauses
         after every clip.
@@ -162,7 +171,7 @@ class Ascent:
         return cuts
 
     def reconnecting(self, clip: int, current: np.ndarray, first: np.ndarray, last: np.ndarray) -> Iterator[np.ndarray]:
-        """Cuts of the clip that are best linked with other clips' segments, each different from ``current``.
+        """Yield cuts of the clip that are best linked with other clips' segments, each different from ``current``.
 
         ``first`` and ``last`` are the frames that those segments start and end at. The clip's first segment
         is entered from one of them, and its last one leads back to one.
@@ -212,7 +221,7 @@ class Ascent:
 
 
 def indicators(cuts: np.ndarray, n_frames: int) -> tuple[np.ndarray, np.ndarray]:
-    """1 where a segment starts, 1 where one ends, as two (n_frames,) float arrays."""
+    """Mark where segments start and where they end by 1, in two (n_frames,) float arrays."""
     starts, ends = np.zeros(n_frames), np.zeros(n_frames)
     starts[cuts[:-1]] = 1
     ends[cuts[1:]] = 1

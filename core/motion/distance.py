@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ClipError
-from ..progress import Progress, finish
+from ..progress import Progress
 from . import quat
 from .body_size import relative_size
 from .clip import MotionClip
@@ -15,7 +15,7 @@ from .joint_roles import JointRole
 from .skeleton import Skeleton
 
 SAMPLED_FRAMES = 400
-"""Frames that are compared with all others to tell how many pairs there will be."""
+"""Frames that are compared with all others to estimate how many pairs there will be."""
 
 BLOCK_ELEMENTS = 1 << 16
 """Pairs that are worked on at a time by the dense form: few enough for the processor's cache."""
@@ -33,7 +33,7 @@ _WEIGHTED_ROLES = (
 
 @dataclass(frozen=True)
 class CostSettings:
-    """What counts, and how much, when two frames are compared.
+    """Weights of what two frames are compared by.
 
     The cost is a sum of squares in rad^2; weights other than the joints' carry the unit that makes them so.
 
@@ -87,10 +87,10 @@ class PoseFeatures:
 
 
 def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None) -> np.ndarray:
-    """(J,) weight of each joint's angle in the transition cost; the root's entry weighs its tilt.
+    """Return the (J,) weight of each joint's angle in the transition cost; the root's entry weighs its tilt.
 
     Guessed unless ``by_name`` says otherwise: 1 for root, hips, spine, thighs, shins, upper and lower arms, 0 for
-    the rest (Lee et al. 2002, section 4.1). If thighs and shins cannot be told from the names, every joint
+    the rest (Lee et al. 2002, section 4.1). If thighs and shins are not recognized by their names, every joint
     that has children weighs 1. ``by_name`` gives weights by bone name, replaces the guess for the bones that
     it names and raises ClipError for unknown bones and negative weights.
     """
@@ -112,7 +112,7 @@ def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None
 
 
 def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> PoseFeatures:
-    """What of each frame of ``clip`` enters the transition cost.
+    """Return what of each frame of ``clip`` enters the transition cost.
 
     Angular velocities are local joint rotation differences per second, like all rates by central differences
     (one-sided at the ends of the clip). ClipError for bones that the skeleton lacks.
@@ -155,7 +155,7 @@ def _body_height(clip: MotionClip) -> np.ndarray:
 
 
 def joined(parts: list[PoseFeatures]) -> PoseFeatures:
-    """The frames of several clips of one skeleton, one after the other."""
+    """Join the frames of several clips of one skeleton, one after the other."""
     return PoseFeatures(
         np.concatenate([part.rotations for part in parts]),
         parts[0].weights,
@@ -164,7 +164,7 @@ def joined(parts: list[PoseFeatures]) -> PoseFeatures:
 
 
 def transition_costs(features_a: PoseFeatures, features_b: PoseFeatures) -> np.ndarray:
-    """(A, B) float32 cost of switching from each frame of ``features_a`` to each of ``features_b``.
+    """Return the (A, B) float32 cost of switching from each frame of ``features_a`` to each of ``features_b``.
 
     ``D = sum_k w_k |log(q_bk^-1 q_ak)|^2 + nu sum_k w_k |omega_ak - omega_bk|^2 + root terms`` (rad^2), after Lee
     et al. 2002, section 4.1, with horizontal position and heading left out. Symmetric: switching from b to a
@@ -196,27 +196,19 @@ def transition_costs(features_a: PoseFeatures, features_b: PoseFeatures) -> np.n
 
 
 def pair_costs(features: PoseFeatures, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(P,) float64 costs of the P pairs of frames (first[p], second[p]) of one set of features."""
+    """Return the (P,) float64 costs of the P pairs of frames (first[p], second[p]) of one set of features."""
     cosines = np.einsum("pkc,pkc->pk", features.rotations[first], features.rotations[second])
     difference = features.vectors[first] - features.vectors[second]
     return squared_angles(cosines) @ features.weights + np.einsum("pm,pm->p", difference, difference)
 
 
-def close_pairs(
-    features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All pairs of frames i < j of the same class whose cost is at most ``max_cost``.
-
-    Returns i (P,), j (P,) and cost (P,) float64, class after class, sorted by i, then j. ``classes`` (F,) holds
-    a label for every frame; all are of one class if it is not given. See :func:`close_pairs_steps`.
-    """
-    return finish(close_pairs_steps(features, max_cost, classes))
-
-
 def close_pairs_steps(
     features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None
 ) -> Generator[Progress, None, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """:func:`close_pairs` as a generator that yields Progress.
+    """Find all pairs of frames i < j of the same class whose cost is at most ``max_cost``.
+
+    Returns i (P,), j (P,) and cost (P,) float64, class after class, sorted by i, then j. ``classes`` (F,) holds
+    a label for every frame; all are of one class if it is not given.
 
     Only pairs are compared exactly that may be near enough: half the squared distance of two rotation
     matrices is 4 sin^2(angle / 2) <= angle^2, hence one matrix product bounds the cost of all pairs from
@@ -254,7 +246,7 @@ def close_pairs_steps(
 
 
 def expected_pairs(features: PoseFeatures, max_cost: float, classes: np.ndarray | None = None) -> float:
-    """About how many pairs :func:`close_pairs` finds, from some hundred frames that are compared with all others.
+    """Estimate how many pairs :func:`close_pairs_steps` finds, from some hundred frames compared with all others.
 
     Rather too many than too few: by the bound that it sorts pairs out with.
     """
@@ -288,10 +280,13 @@ def _bounding_factors(features: PoseFeatures) -> tuple[np.ndarray, np.ndarray]:
 
 
 def squared_angles(cosines: np.ndarray) -> np.ndarray:
-    """Squared angles (rad^2) of the rotations between quaternions whose inner products are ``cosines``.
+    """Return squared angles (rad^2) of the rotations between quaternions whose inner products are ``cosines``.
 
     ``(2 arccos |c|)^2`` as ``u h(u)`` with ``u = 1 - |c|``: the square is smooth where arccos itself is not, so a
     polynomial h is both faster and safe against rounding near equal rotations. Overwrites ``cosines``.
+
+    >>> squared_angles(np.cos(np.array([0.0, 0.1, 0.5]))).round(6)  # half the angles
+    array([0.  , 0.04, 1.  ])
     """
     u = np.abs(cosines, out=cosines)
     np.subtract(1, u, out=u)

@@ -1,4 +1,4 @@
-"""What of the clips did not make it into the motion graph, and why."""
+"""Motion that did not make it into the motion graph, and why."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .segmentation import Segmentation, Transitions
 
 @dataclass(frozen=True)
 class DroppedClip:
-    """What was left out of the graph: seconds of a clip, and why."""
+    """Seconds of a clip that were left out of the graph, and why."""
 
     clip: str
     seconds: float
@@ -23,7 +23,7 @@ class DroppedClip:
 def dropped_motion(
     clips: Sequence[MotionClip], frames: FrameSet, cut: Segmentation, transitions: Transitions, threshold: float
 ) -> list[DroppedClip]:
-    """What of each clip is in no kept segment, in seconds by reason.
+    """List what of each clip is in no kept segment, in seconds by reason.
 
     ``threshold`` is the cost (rad^2) up to which the ``transitions`` go that the segments were linked by.
     """

@@ -1,4 +1,4 @@
-"""The frames of all clips side by side, and which pairs of them may be linked."""
+"""The frames of all clips side by side, and the pairs of them that may be linked."""
 
 import math
 from collections.abc import Generator, Sequence
@@ -34,12 +34,12 @@ class FramePairs:
     cost: np.ndarray
 
     def up_to(self, threshold: float) -> "FramePairs":
-        """The pairs that cost ``threshold`` or less."""
+        """Return the pairs that cost ``threshold`` or less."""
         chosen = self.cost <= threshold
         return self if chosen.all() else FramePairs(self.first[chosen], self.second[chosen], self.cost[chosen])
 
     def goodness(self, n_frames: int, width: float) -> csr_matrix:
-        """(N, N) sparse array with exp(-D / width) at both places of every pair."""
+        """Return the (N, N) sparse array with exp(-D / width) at both places of every pair."""
         # However narrow the width is, a possible link stays worth more than none.
         quality = np.maximum(np.exp(-self.cost / width), 1e-6)
         places = np.concatenate([self.first, self.second]), np.concatenate([self.second, self.first])
@@ -84,7 +84,7 @@ class FrameSet:
         return np.cumsum(self.lengths) - self.lengths
 
     def pairs_steps(self, max_cost: float, memory_limit: float = math.inf) -> Generator[Progress, None, FramePairs]:
-        """All pairs that may be linked at a cost of ``max_cost`` or less.
+        """Find all pairs that may be linked at a cost of ``max_cost`` or less.
 
         Raises MotionGraphError, before any are sought, if they would take more than ``memory_limit`` bytes.
         """
@@ -110,7 +110,7 @@ class FrameSet:
 
 
 def longest_of(names: Sequence[str], lengths: Sequence[int]) -> str:
-    """ " (the longest is 'walk', of 9,000 frames)", where clips have names."""
+    """Name the longest clip: " (the longest is 'walk', of 9,000 frames)", or "" where clips have no names."""
     if len(names) == 0:
         return ""
     longest = int(np.argmax(lengths))

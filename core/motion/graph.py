@@ -115,7 +115,7 @@ def build_motion_graph(clips: Sequence[MotionClip], settings: MotionGraphSetting
 def build_motion_graph_steps(
     clips: Sequence[MotionClip], settings: MotionGraphSettings | None = None
 ) -> Generator[Progress, None, MotionGraph]:
-    """:func:`build_motion_graph` as a generator that yields Progress and returns the MotionGraph.
+    """Build a motion graph, step by step.
 
     Transition costs after Lee et al. 2002, section 4.1 (:mod:`.distance`), never between frames that differ
     in the feet planted (:mod:`.contacts`); cuts as in :mod:`.cutting`; the largest strongly connected
@@ -182,7 +182,7 @@ def build_motion_graph_steps(
 
 
 def segment_name(clip: MotionClip, first: int, last: int) -> str:
-    """For people: "16_11 [34-57]", the clip and the frames of its source that the samples are."""
+    """Name a segment for people: "16_11 [34-57]", the clip and the frames of its source that the samples are."""
     start = round(clip.first_frame)
     return f"{clip.name} [{start + first}-{start + last}]"
 
@@ -228,7 +228,7 @@ def _check_memory(clips: Sequence[MotionClip], settings: MotionGraphSettings) ->
 
 
 def _n_frames(clip: MotionClip, settings: MotionGraphSettings) -> int:
-    """How many a clip has at the settings' rate."""
+    """Count the frames of a clip at the settings' rate."""
     return int(clip.duration * settings.frame_rate + 1e-6) + 1
 
 

@@ -18,12 +18,12 @@ GRAPH_FORMAT = ArchiveFormat("motion graph", 1, MotionGraphError)
 
 
 def graph_to_bytes(graph: MotionGraph) -> bytes:
-    """The graph with its clips as an .npz in memory, without pickles."""
+    """Return the graph with its clips as an .npz in memory, without pickles."""
     return archive_to_bytes(GRAPH_FORMAT, *graph_to_arrays(graph))
 
 
 def graph_from_bytes(raw: bytes, source: str = "motion graph") -> MotionGraph:
-    """The graph of :func:`graph_to_bytes`, equal to the last bit.
+    """Return the graph of :func:`graph_to_bytes`, equal to the last bit.
 
     MotionGraphError, with the name ``source``, for what is damaged, foreign or saved by a later version.
     """
@@ -36,12 +36,12 @@ def save_motion_graph(graph: MotionGraph, path: str | os.PathLike) -> None:
 
 
 def load_motion_graph(path: str | os.PathLike) -> MotionGraph:
-    """The graph of :func:`save_motion_graph`; MotionGraphError names the file if it cannot be read."""
+    """Return the graph of :func:`save_motion_graph`; MotionGraphError names the file if it cannot be read."""
     return graph_from_bytes(load_archive(path, GRAPH_FORMAT), os.fspath(path))
 
 
 def graph_to_arrays(graph: MotionGraph) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """All of a motion graph: what JSON can tell, and arrays by name."""
+    """Return all of a motion graph: what JSON can hold, and arrays by name."""
     skeletons = list({id(clip.skeleton): clip.skeleton for clip in graph.clips}.values())
     number = {id(skeleton): index for index, skeleton in enumerate(skeletons)}
     segments = [*graph.segments, *graph.dropped_segments]
@@ -99,7 +99,7 @@ def graph_to_arrays(graph: MotionGraph) -> tuple[dict[str, Any], dict[str, np.nd
 
 
 def graph_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> MotionGraph:
-    """The motion graph of :func:`graph_to_arrays`; ValueError or another exception if they do not fit together."""
+    """Return the motion graph of :func:`graph_to_arrays`; an exception, mostly ValueError, if they do not fit."""
     read = {name: _Reader(array) for name, array in arrays.items()}
     skeletons = []
     for names in content["skeletons"]:

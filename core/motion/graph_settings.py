@@ -1,4 +1,4 @@
-"""What a motion graph should be like: the settings of :mod:`.graph`."""
+"""Settings of :mod:`.graph`."""
 
 import math
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ HIGHEST_RATE = 1000.0
 
 
 class ThresholdMode(Enum):
-    """How the cost up to which frames are linked is found."""
+    """Ways to find the cost up to which frames are linked."""
 
     COST = "cost"
     """It is ``max_cost``."""
@@ -26,7 +26,7 @@ class ThresholdMode(Enum):
 
 @dataclass(frozen=True)
 class MotionGraphSettings:
-    """How clips are cut and linked.
+    """Settings by which clips are cut and linked.
 
     Attributes
     ----------
@@ -101,5 +101,5 @@ class MotionGraphSettings:
         return max(1, round(self.min_segment_duration * self.frame_rate))
 
     def goodness_width(self, threshold: float) -> float:
-        """``sigma``, or what stands for it at a threshold (rad^2)."""
+        """Return ``sigma``, or what stands for it at a threshold (rad^2)."""
         return threshold / 3 if self.sigma is None else self.sigma

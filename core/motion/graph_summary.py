@@ -1,4 +1,4 @@
-"""What there is to say about a motion graph: how its segments are connected, and what became of every clip."""
+"""A motion graph in numbers: how its segments are connected, and what became of every clip."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from .graph import MotionGraph
 
 @dataclass(frozen=True)
 class ClipUse:
-    """What became of a clip.
+    """The use that is made of a clip.
 
     Attributes
     ----------
@@ -52,12 +52,12 @@ class GraphSummary:
 
     @property
     def seconds(self) -> float:
-        """Of all clips given."""
+        """Seconds of all clips given."""
         return sum(clip.seconds for clip in self.clips)
 
     @property
     def kept_seconds(self) -> float:
-        """Of all segments."""
+        """Seconds of all segments."""
         return sum(clip.kept_seconds for clip in self.clips)
 
     @property
@@ -71,7 +71,7 @@ class GraphSummary:
 
 
 def summarize(graph: MotionGraph) -> GraphSummary:
-    """The motion graph in numbers: degrees and hubs of its segments, use of its clips."""
+    """Summarize a motion graph: degrees and hubs of its segments, use of its clips."""
     n_segments = len(graph.segments)
     out_degree = np.bincount(graph.links[:, 0], minlength=n_segments)
     in_degree = np.bincount(graph.links[:, 1], minlength=n_segments)

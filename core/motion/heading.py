@@ -1,4 +1,4 @@
-"""Where a character is heading, whatever its hips do at each step."""
+"""The heading of a character, whatever its hips do at each step."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ DEFAULT_BANDWIDTH = 1.0
 
 
 def steady_heading(clip: MotionClip, bandwidth: float | None = DEFAULT_BANDWIDTH) -> np.ndarray:
-    """(F,) unwrapped heading in radians that neither hips nor shoulders sway.
+    """Return the (F,) unwrapped heading in radians that neither hips nor shoulders sway.
 
     In a walk hips and shoulders turn against each other once a stride, 4 to 8 degrees each way and too slowly for
     any filter that still follows turns. Their mean stands still; the rest is taken by a low-pass filter.
@@ -26,7 +26,7 @@ def steady_heading(clip: MotionClip, bandwidth: float | None = DEFAULT_BANDWIDTH
     bandwidth : float, optional
         Hz at which the filter, which delays nothing, passes 71 % of an oscillation; None to leave it out.
 
-    Without shoulders that can be told, the heading of the root alone is smoothed. Of a turn of 90 degrees in one
+    Without shoulders that are recognized, the heading of the root alone is smoothed. Of a turn of 90 degrees in one
     second a bandwidth of 1 Hz rounds off 3 degrees, one of 0.7 Hz 7. ClipError for a bandwidth that is not
     positive, or a root whose forward axis points straight up or down.
     """
@@ -42,12 +42,12 @@ def steady_heading(clip: MotionClip, bandwidth: float | None = DEFAULT_BANDWIDTH
 
 
 def with_steady_heading(clip: MotionClip, bandwidth: float | None = DEFAULT_BANDWIDTH) -> MotionClip:
-    """The clip with its :func:`steady_heading` as the heading of its ground path; its poses stay what they are."""
+    """Return the clip with its :func:`steady_heading` as the heading of its ground path; its poses stay."""
     return replace(clip, heading=steady_heading(clip, bandwidth))
 
 
 def _shoulder_direction(clip: MotionClip) -> np.ndarray:
-    """(F,) complex: where the shoulders face, as long as their line looks from above; 0 if they cannot be told."""
+    """(F,) complex: where the shoulders face, as long as their line looks from above; 0 if there are none known."""
     roles = clip.skeleton.roles
     keys = [(JointRole.UPPER_ARM, side) for side in ("left", "right")]
     if not all(key in roles for key in keys):

@@ -15,10 +15,10 @@ _CLIMB_SPEED = 0.2
 
 
 def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """How the standing foot moves over the ground from each frame to the next.
+    """Measure how the standing foot moves over the ground from each frame to the next.
 
     On the spot it slides back at the speed at which the character should go forward; where the root travels as it
-    should, it does not move. How much weight a joint of a foot bears is told by how low it is, not by how slow, and
+    should, it does not move. How low a joint of a foot is, not how slow, says how much weight it bears, which
     passes smoothly from joint to joint and from foot to foot.
 
     Parameters
@@ -34,7 +34,7 @@ def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray
     turns : (F - 1,) float array
         Radians about Z that the standing foot turns.
 
-    Raises ClipError if the feet cannot be told from the skeleton.
+    Raises ClipError if the skeleton has no feet that can be recognized.
     """
     rotations, positions = clip.world
     chains = foot_joints(clip.skeleton, feet)
@@ -66,10 +66,10 @@ def stance_steps(clip: MotionClip, feet: Feet | None = None) -> tuple[np.ndarray
 
 
 def missing_speed(clip: MotionClip, feet: Feet | None = None) -> float:
-    """Speed in m/s at which the ground slides under the standing feet; near 0 where the root travels as it should.
+    """Return the speed in m/s at which the ground slides under the standing feet: near 0 where the root travels well.
 
     The length of the mean, seen from the character, so that noise and steps to and fro cancel. ClipError if the
-    feet cannot be told from the skeleton.
+    skeleton has no feet that can be recognized.
     """
     moves, _ = stance_steps(clip, feet)
     seen = (moves[:, 0] + 1j * moves[:, 1]) * np.exp(-1j * clip.ground_path[:-1, 2])
@@ -77,11 +77,11 @@ def missing_speed(clip: MotionClip, feet: Feet | None = None) -> float:
 
 
 def with_root_motion(clip: MotionClip, turning: bool = False, feet: Feet | None = None) -> MotionClip:
-    """The clip, carried over the ground so that the standing foot stays where it is.
+    """Return the clip, carried over the ground so that the standing foot stays where it is.
 
     The first frame is kept. With ``turning``, the character is also turned by what its standing foot turns, for
-    clips whose root does not even turn; otherwise its heading is kept. ClipError if the feet cannot be told from
-    the skeleton; ``feet`` names them.
+    clips whose root does not even turn; otherwise its heading is kept. ClipError if no feet are
+    recognized; ``feet`` names them.
     """
     if turning:
         _, turns = stance_steps(clip, feet)

@@ -1,4 +1,4 @@
-"""Which joint of a skeleton does what, guessed from names and hierarchy.
+"""Roles of a skeleton's joints, guessed from names and hierarchy.
 
 Known namings: CMU and other BVH files, Mixamo, Rigify, Unreal, 3ds Max Biped, Unity/VRM, Character Creator.
 """
@@ -13,7 +13,7 @@ from .kinematics import ancestors
 
 
 class JointRole(Enum):
-    """What a joint is for; limbs come in a left and a right one."""
+    """Purpose of a joint; limbs come in a left and a right one."""
 
     ROOT = "root"
     HIPS = "hips"
@@ -87,7 +87,11 @@ def guess_joint_roles(
 
 
 def _split_name(name: str) -> tuple[str, str]:
-    """A bone's name as (side, core): "mixamorig:LeftUpLeg" -> ("left", "upleg")."""
+    """Split a bone's name into side and core.
+
+    >>> _split_name("mixamorig:LeftUpLeg"), _split_name("DEF-thigh.R")
+    (('left', 'upleg'), ('right', 'thigh'))
+    """
     spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name.rsplit(":", 1)[-1])
     spaced = re.sub(r"^([LRlr])([A-Z])", r"\1 \2", spaced)
     words = [word.lower() for word in re.split(r"[^A-Za-z]+", spaced) if word]

@@ -1,4 +1,4 @@
-"""Two-bone limbs: where the knee goes, given the hip and the ankle."""
+"""Two-bone limbs: inverse kinematics in closed form."""
 
 import numpy as np
 

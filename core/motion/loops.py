@@ -2,8 +2,8 @@
 
 A loop enters a clip at some frame, plays it for at least ``min_gap`` frames, leaves it for a frame that may be linked
 with the one that it has come to, and so on, until it is back. One that enters a clip twice can always be shortened to
-one that enters it once: thus a loop's segments never stand in each other's way, and whether there is a loop is told
-exactly by a graph of frames, each of which may be arrived at or left.
+one that enters it once: thus a loop's segments never stand in each other's way, and a loop is a cycle in a
+graph of frames, each of which may be arrived at or left.
 """
 
 import math
@@ -29,7 +29,7 @@ class Loop:
     Attributes
     ----------
     cost : float
-        Of its dearest transition (rad^2).
+        The cost of its dearest transition (rad^2).
     cuts : list of (0,) or (2,) int arrays
         For each clip the frames that the loop enters and leaves it at, counted from its first frame.
     """
@@ -39,7 +39,7 @@ class Loop:
 
 
 def cheapest_loop(pairs: FramePairs, frames: FrameSet) -> Loop | None:
-    """The cheapest of the loops that ``pairs`` close, or None if they close none."""
+    """Find the cheapest of the loops that ``pairs`` close, or None if they close none."""
     order = np.argsort(pairs.cost, kind="stable")
     first, second = pairs.first[order], pairs.second[order]
     needed = _fewest(len(order), lambda count: _has_cycle(_steps(first[:count], second[:count], frames)))
@@ -58,7 +58,7 @@ def cheapest_loop(pairs: FramePairs, frames: FrameSet) -> Loop | None:
 def lowest_loop_cost_steps(
     frames: FrameSet, above: float, memory_limit: float
 ) -> Generator[Progress, None, float | None]:
-    """Of the loop that is cheapest, where no transitions of cost ``above`` or less close one.
+    """Find the cost of the cheapest loop, where no transitions of cost ``above`` or less close one.
 
     Infinite if there is none at any cost, None if its pairs would take more than ``memory_limit`` bytes.
     """
@@ -86,7 +86,7 @@ def _steps(first: np.ndarray, second: np.ndarray, frames: FrameSet) -> csr_matri
 
 
 def _steps_at_any_cost(frames: FrameSet) -> csr_matrix:
-    """The same for transitions between all frames with the same feet planted, by way of four more rows.
+    """The steps if all frames with the same feet planted have transitions, by way of four more rows.
 
     They also lead to frames of the same clip that are too near. These are always later ones than those that it was
     entered at, so that such a transition closes no loop and opens no way that there is not without it.
@@ -149,7 +149,11 @@ def _way(steps: csr_matrix, n_frames: int, left: int, entered: int) -> list[tupl
 
 
 def once_each(visits: list[tuple[int, int]], owner: np.ndarray) -> list[tuple[int, int]]:
-    """The loop made shorter until it enters no clip twice."""
+    """Shorten a loop until it enters no clip twice.
+
+    >>> once_each([(0, 9), (20, 29), (5, 14)], owner=np.repeat([0, 1], [15, 15]))
+    [(0, 14)]
+    """
     while True:
         place: dict[int, int] = {}
         for now, (entered, left) in enumerate(visits):

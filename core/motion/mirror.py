@@ -16,7 +16,7 @@ MIRRORED = " (mirrored)"
 
 
 def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
-    """The clip with left and right exchanged, walking along the mirror image of its path.
+    """Exchange left and right of a clip, walking along the mirror image of its path.
 
     The mirror of the path is the vertical plane through its start along its starting heading; that of the pose is
     the character's own plane of symmetry. With D the world rotation of a joint relative to its rest orientation and
@@ -66,7 +66,7 @@ def mirrored(clip: MotionClip, tolerance: float = 0.03) -> MotionClip:
 
 
 def mirror_normal(skeleton: Skeleton) -> np.ndarray:
-    """(3,) unit vector to the character's left in its rest pose, horizontal; ClipError if forward is vertical."""
+    """Return the (3,) horizontal unit vector to the left in the rest pose; ClipError if forward is vertical."""
     forward = skeleton.rest_forward
     length = np.hypot(forward[0], forward[1])
     if length < 1e-3:
@@ -78,7 +78,7 @@ def mirror_normal(skeleton: Skeleton) -> np.ndarray:
 
 
 def asymmetry(skeleton: Skeleton) -> np.ndarray:
-    """(J,) metres between each joint of the rest pose and the mirror image of its partner, or of itself."""
+    """Return the (J,) metres between each joint of the rest pose and the mirror image of its partner, or of itself."""
     other, normal = skeleton.partners, mirror_normal(skeleton)
     positions = skeleton.rest_world[1]
     aside = positions @ normal

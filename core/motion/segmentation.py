@@ -28,7 +28,7 @@ class Transitions:
 
 
 def with_continuations(first: np.ndarray, second: np.ndarray, cost: np.ndarray, n_frames: int) -> Transitions:
-    """Transitions both ways between pairs of frames, and from every frame to itself at no cost."""
+    """Return the transitions both ways between pairs of frames, and from every frame to itself at no cost."""
     every = np.arange(n_frames)
     return Transitions(
         np.concatenate([first, second, every]),
@@ -65,7 +65,7 @@ class Segmentation:
         return self.kept[self.links[:, 0]] & self.kept[self.links[:, 1]]
 
     def limited(self, threshold: float) -> "Segmentation":
-        """The same segments with the links that cost ``threshold`` or less, and the component that they make."""
+        """Return the segments with the links that cost ``threshold`` or less, and the component that they make."""
         cheap = self.costs <= threshold
         if cheap.all():
             return self
@@ -75,7 +75,13 @@ class Segmentation:
 
 
 def segmentation(cuts: list[np.ndarray], lengths: np.ndarray, transitions: Transitions) -> Segmentation:
-    """The segments that ``cuts`` (of each clip, counted from its first frame) make, and their links."""
+    """Return the segments that ``cuts`` (of each clip, counted from its first frame) make, and their links.
+
+    >>> back = with_continuations(np.array([0]), np.array([5]), np.array([0.1]), n_frames=6)
+    >>> made = segmentation([np.array([0, 3, 5])], np.array([6]), back)
+    >>> made.links.tolist(), made.kept
+    ([[0, 1], [1, 0]], array([ True,  True]))
+    """
     offsets = np.concatenate([[0], np.cumsum(lengths)])
     first = np.concatenate([offset + frames[:-1] for offset, frames in zip(offsets, cuts, strict=False)])
     last = np.concatenate([offset + frames[1:] for offset, frames in zip(offsets, cuts, strict=False)])

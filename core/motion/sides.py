@@ -1,4 +1,4 @@
-"""Which bones are the left and the right one of a pair, told from their names."""
+"""Pairs of a left and a right bone, recognized by their names."""
 
 import re
 from collections.abc import Iterable
@@ -16,7 +16,11 @@ _SIDE = re.compile(
 
 
 def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
-    """(left, right) for every two names that differ only in their side, in the order of the left ones."""
+    """List (left, right) for every two names that differ only in their side, in the order of the left ones.
+
+    >>> mirrored_pairs(["hips", "thigh.R", "thigh.L", "hand_l", "hand_r"])
+    [('thigh.L', 'thigh.R'), ('hand_l', 'hand_r')]
+    """
     names = list(names)
     known = set(names)
     pairs = []

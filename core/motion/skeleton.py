@@ -117,12 +117,12 @@ class Skeleton:
         return len(self.names)
 
     def index(self, name: str) -> int:
-        """Index of the joint called ``name``; ClipError names the bone if there is none."""
+        """Return the index of the joint called ``name``; ClipError names the bone if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
             raise ClipError(f"The skeleton has no bone called '{name}'.") from None
 
     def is_like(self, other: "Skeleton") -> bool:
-        """Whether clips of ``other`` can be mixed with clips of this one: same names, same hierarchy."""
+        """Test whether clips of ``other`` can be mixed with clips of this one: same names, same hierarchy."""
         return self.names == other.names and np.array_equal(self.parents, other.parents)

@@ -85,7 +85,7 @@ def segmentation_steps(
 def choose_cuts_steps(
     pairs: FramePairs, frames: FrameSet, settings: MotionGraphSettings, threshold: float
 ) -> Generator[Progress, None, list[np.ndarray]]:
-    """The cuts of each clip that keep the most goodness at a threshold (rad^2), of those found from all starts.
+    """Find the cuts of each clip that keep the most goodness at a threshold (rad^2), of those found from all starts.
 
     Something is kept wherever the pairs up to the threshold close a loop (:mod:`.loops`).
     """
@@ -134,7 +134,7 @@ class _AtMostLinks:
         return np.count_nonzero(cut.inner) > self.max_links
 
     def best_of(self, cut: Segmentation) -> Outcome:
-        """The largest threshold at which these segments have few enough links, or the lowest that links any."""
+        """Find the largest threshold at which these segments have few enough links, or the lowest that links any."""
         costs = np.unique(cut.costs)
         connected = _first(costs, lambda cost: bool(cut.limited(cost).kept.any()))
         too_many = _first(costs, lambda cost: self.is_above(cut.limited(cost)))
@@ -166,7 +166,7 @@ class _AtLeastCoverage:
         return self.coverage(cut) >= self.share
 
     def best_of(self, cut: Segmentation) -> Outcome:
-        """The lowest threshold at which enough of these segments is kept, or as much as ever."""
+        """Find the lowest threshold at which enough of these segments is kept, or as much as ever."""
         costs = np.unique(cut.costs)
         goal = min(self.share, self.coverage(cut))
         enough = _first(costs, lambda cost: self.coverage(cut.limited(cost)) >= goal)
@@ -195,7 +195,7 @@ def _linked(cuts: list[np.ndarray], frames: FrameSet, pairs: FramePairs) -> Segm
 
 
 def _first(costs: np.ndarray, holds: Callable[[float], bool]) -> int:
-    """Index of the first of ascending ``costs`` for which ``holds``, if it holds for all after it, too.
+    """Find the index of the first of ascending ``costs`` for which ``holds``, if it holds for all after it, too.
 
     Whether or not it does: it holds there, and not for the one before. The number of costs if it holds for none
     that were looked at.

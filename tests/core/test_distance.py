@@ -9,7 +9,7 @@ from core.motion.clip import MotionClip
 from core.motion.contacts import foot_contacts, foot_joints
 from core.motion.distance import (
     CostSettings,
-    close_pairs,
+    close_pairs_steps,
     joined,
     joint_weights,
     pair_costs,
@@ -19,6 +19,7 @@ from core.motion.distance import (
 )
 from core.motion.joint_roles import JointRole
 from core.motion.skeleton import Skeleton
+from core.progress import finish
 
 from .bvh import read_bvh
 
@@ -177,7 +178,7 @@ def test_close_pairs_are_all_pairs_below_the_threshold(max_cost):
     rng = np.random.default_rng(5)
     features = joined([pose_features(smooth_clip(rng, 150)), pose_features(smooth_clip(rng, 80))])
     costs = transition_costs(features, features).astype(float)
-    first, second, close = close_pairs(features, max_cost)
+    first, second, close = finish(close_pairs_steps(features, max_cost))
     np.testing.assert_allclose(close, costs[first, second], atol=1e-5)
     assert (first < second).all() and (close <= max_cost).all()
     found = np.zeros(costs.shape, dtype=bool)
@@ -201,7 +202,7 @@ def test_no_pair_is_lost_by_skipping(max_cost, scale):
         near = costs <= max_cost
         if labels is not None:
             near &= labels[i] == labels[j]
-        found = close_pairs(features, max_cost, labels)
+        found = finish(close_pairs_steps(features, max_cost, labels))
         order = np.lexsort((found[1], found[0]))
         assert labels is not None or (order == np.arange(len(order))).all()
         found = [part[order] for part in found]
@@ -218,7 +219,7 @@ def test_no_pair_of_recorded_frames_is_lost_by_skipping(data_folder):
     dense = transition_costs(features, features)
     same = contacts[:, None] == contacts
     for max_cost in (0.1, 0.3, 1.0):
-        first, second, costs = close_pairs(features, max_cost, contacts)
+        first, second, costs = finish(close_pairs_steps(features, max_cost, contacts))
         found = np.zeros(dense.shape, dtype=bool)
         found[first, second] = True
         # Costs that differ from the threshold by less than single precision may be on either side of it.
@@ -248,7 +249,7 @@ def test_a_root_on_the_ground_leaves_the_height_to_the_hips():
 
 
 def test_no_close_pairs():
-    first, second, costs = close_pairs(pose_features(random_clip(np.random.default_rng(6), 20)), 1e-6)
+    first, second, costs = finish(close_pairs_steps(pose_features(random_clip(np.random.default_rng(6), 20)), 1e-6))
     assert len(first) == len(second) == len(costs) == 0
 
 

@@ -40,7 +40,6 @@ ADDON_ROOMS = (
     "bridge",
     "session",
     "jobs",
-    "examination",
     "properties",
     "render",
     "sample",

@@ -11,9 +11,10 @@ from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintRule, FootprintSettings
 from core.embedding.stencil import build_stencils, fewest_stencils
 from core.errors import EmbeddingError, MotionGraphError
-from core.motion.distance import close_pairs, expected_pairs, joined, pose_features
+from core.motion.distance import close_pairs_steps, expected_pairs, joined, pose_features
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.motion.repertoire import sample_repertoire
+from core.progress import finish
 
 from .reference import random_problem
 
@@ -57,7 +58,7 @@ def test_pairs_are_about_as_many_as_foretold(n_clips, max_cost):
     features = joined([pose_features(clip.resampled(30.0)) for clip in sample_repertoire()[:n_clips]])
     classes = np.arange(features.n_frames) // 17 % 3
     for of_frames in (None, classes):
-        n_pairs = len(close_pairs(features, max_cost, of_frames)[0])
+        n_pairs = len(finish(close_pairs_steps(features, max_cost, of_frames))[0])
         assert 0.8 * n_pairs - 30 <= expected_pairs(features, max_cost, of_frames) <= 1.3 * n_pairs + 30
 
 

@@ -6,14 +6,20 @@ artist asks for it.
 
 from .examination import DoctorSettings, examine, examine_all
 from .finding import Finding, FindingKind, Remedy, RemedyKind, apply_remedy
+from .health import ClipHealth, ClipMotion, clip_health, clip_motion, clip_motions
 
 __all__ = [
+    "ClipHealth",
+    "ClipMotion",
     "DoctorSettings",
     "Finding",
     "FindingKind",
     "Remedy",
     "RemedyKind",
     "apply_remedy",
+    "clip_health",
+    "clip_motion",
+    "clip_motions",
     "examine",
     "examine_all",
 ]

@@ -28,7 +28,7 @@ from .rest_frames import rest_frames
 
 @dataclass(frozen=True)
 class DoctorSettings:
-    """What counts as a defect.
+    """Thresholds of what counts as a defect.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class DoctorSettings:
 
 
 def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[Finding, ...]:
-    """What is wrong with a clip, in order of time.
+    """Find what is wrong with a clip, in order of time.
 
     Looks for rest poses before and after the motion, channels and roots frozen or without data, pops, legs that
     walk while the root stays, and clips too short to hold a segment. The clip is not changed.
@@ -70,7 +70,7 @@ def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[F
 
 
 def examine_all(clips: Sequence[MotionClip], settings: DoctorSettings | None = None) -> tuple[Finding, ...]:
-    """:func:`examine` for each clip, and which of them are of another skeleton than most.
+    """Examine each clip, and find those that are of another skeleton than most.
 
     Same names and hierarchy, but bones of another length, is a finding of its own kind: such clips can be linked,
     but their feet slide.
@@ -135,7 +135,7 @@ def _in_place(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
     try:
         missing = missing_speed(clip, settings.feet)
     except ClipError:
-        return []  # without feet, or without a heading, there is no telling
+        return []  # it takes feet and a heading
     # Seen from the character, and without regard to sway or to a jump.
     path = clip.ground_path
     steps = np.diff(path[:, 0] + 1j * path[:, 1]) * np.exp(-1j * path[:-1, 2]) * clip.frame_rate

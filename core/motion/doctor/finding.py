@@ -1,4 +1,4 @@
-"""What the clip doctor says: findings and remedies, as data."""
+"""Findings and remedies of the clip doctor, as data."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -9,7 +9,7 @@ from ..in_place import with_root_motion
 
 
 class FindingKind(Enum):
-    """What is wrong with a clip; the values are for people."""
+    """Defects of a clip; the values are for people."""
 
     REST_POSE = "rest pose"
     FROZEN = "frozen channels"
@@ -22,7 +22,7 @@ class FindingKind(Enum):
 
 
 class RemedyKind(Enum):
-    """What can be done about a finding; the values are for people."""
+    """Ways to deal with a finding; the values are for people."""
 
     TRIM = "trim"
     SPLIT = "split"
@@ -32,7 +32,7 @@ class RemedyKind(Enum):
 
 @dataclass(frozen=True)
 class Remedy:
-    """What to do with a clip.
+    """Something to do with a clip.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Finding:
 
 
 def apply_remedy(clip: MotionClip, remedy: Remedy) -> tuple[MotionClip, ...]:
-    """The clips that are left of ``clip``: none (DROP), one, or the parts of a SPLIT, named "walk (part 1)".
+    """Return the clips that are left of ``clip``: none (DROP), one, or the parts of a SPLIT, named "walk (part 1)".
 
     A remedy that a finding proposes counts in the samples of the clip that was examined: examine again before
     another one is applied. ClipError if the remedy's ranges do not lie in the clip.
@@ -97,7 +97,7 @@ def apply_remedy(clip: MotionClip, remedy: Remedy) -> tuple[MotionClip, ...]:
 
 
 def trimmed(clip: MotionClip, first: int, last: int) -> MotionClip:
-    """The samples ``first`` to ``last``, both included; ``first_frame`` goes with them."""
+    """Return the samples ``first`` to ``last``, both included; ``first_frame`` goes with them."""
     kept = slice(first, last + 1)
     return replace(
         clip,
@@ -110,7 +110,7 @@ def trimmed(clip: MotionClip, first: int, last: int) -> MotionClip:
 
 
 def without_frames(clip: MotionClip, first: int, last: int, min_frames: int) -> Remedy:
-    """The remedy that leaves out the samples ``first`` to ``last`` and keeps every rest of ``min_frames`` or more."""
+    """Return the remedy that leaves out samples ``first`` to ``last``, and every rest of less than ``min_frames``."""
     rests = [(0, first - 1), (last + 1, clip.n_frames - 1)]
     kept = tuple((a, b) for a, b in rests if b - a + 1 >= max(2, min_frames))
     if not kept:
@@ -119,13 +119,13 @@ def without_frames(clip: MotionClip, first: int, last: int, min_frames: int) -> 
 
 
 def source_frames(clip: MotionClip, first: int, last: int) -> str:
-    """For people: "frame 12" or "frames 12-17", numbered as in the source."""
+    """Name samples for people: "frame 12" or "frames 12-17", numbered as in the source."""
     start = round(clip.first_frame)
     return f"frame {start + first}" if first == last else f"frames {start + first}-{start + last}"
 
 
 def in_words(clip: MotionClip, remedy: Remedy) -> str:
-    """The remedy as the end of a sentence, in frames of the source."""
+    """Put the remedy as the end of a sentence, in frames of the source."""
     ranges = " and ".join(source_frames(clip, *kept).removeprefix("frames ") for kept in remedy.kept)
     if remedy.kind is RemedyKind.TRIM:
         return f"trim it to frames {ranges}"
@@ -135,7 +135,7 @@ def in_words(clip: MotionClip, remedy: Remedy) -> str:
 
 
 def bones_in_words(names: tuple[str, ...]) -> str:
-    """For people: "bone 'A'", "bones 'A' and 'B'", "bones 'A', 'B' and 3 more"."""
+    """Name bones for people: "bone 'A'", "bones 'A' and 'B'", "bones 'A', 'B' and 3 more"."""
     if len(names) == 1:
         return f"bone '{names[0]}'"
     if len(names) == 2:

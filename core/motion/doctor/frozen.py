@@ -20,7 +20,7 @@ _RATIO = 4.0
 
 
 def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
-    """(first, last, joints) of stretches in which joints hold one rotation, or that of no data, and jump.
+    """Find (first, last, joints) of stretches in which joints hold one rotation, or that of no data, and jump.
 
     No data is the identity or the rest rotation. What holds still and moves on gently is an animator's hold and
     not found; a joint that hardly ever moves is not animated. Fingers are left out.
@@ -53,7 +53,7 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
 
 
 def lost_root(clip: MotionClip) -> list[tuple[int, int]]:
-    """(first, last) of stretches in which the root is held in one place, or is at the origin or at rest, and jumps."""
+    """Find (first, last) of stretches in which the root is held in place, or is at the origin or at rest, and jumps."""
     size = clip.skeleton.stature
     places = clip.translations[:, 0]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1) / size
@@ -65,8 +65,7 @@ def lost_root(clip: MotionClip) -> list[tuple[int, int]]:
 
 
 def _jumps(steps: np.ndarray, first: int, last: int, least: float) -> list[bool]:
-    """Whether the stretch of frames begins and ends, as far as it does so within the clip, with a step that is large
-    in itself and among its neighbours."""
+    """True for each end of the stretch within the clip if its step is large, in itself and among its neighbours."""
     ends = []
     if first > 0:
         ends.append((steps[first - 1], steps[max(first - 7, 0) : max(first - 1, 0)]))
@@ -76,13 +75,13 @@ def _jumps(steps: np.ndarray, first: int, last: int, least: float) -> list[bool]
 
 
 def _is_lost(steps: np.ndarray, first: int, last: int, least: float) -> bool:
-    """Whether a value that means no data comes and goes with jumps: a straight knee is not straight all of a sudden."""
+    """Test whether a value that means no data comes and goes with jumps: no knee is straight all of a sudden."""
     jumps = _jumps(steps, first, last, least)
     return bool(jumps) and all(jumps)
 
 
 def _is_held(steps: np.ndarray, first: int, last: int, least: float) -> bool:
-    """Whether a value is held, and then jumps to where the motion has gone meanwhile (or has jumped, at the end)."""
+    """Test whether a value is held, and then jumps to where the motion has gone (or has jumped, at the end)."""
     jumps = _jumps(steps, first, last, least)
     return last - first + 1 >= _MIN_HELD and bool(jumps) and jumps[-1]
 

@@ -12,7 +12,7 @@ _NEAR = 3
 
 @dataclass(frozen=True)
 class PopSettings:
-    """When a jump is a pop: it must be large, and stand out from the motion around it.
+    """Thresholds of a pop: a jump must be large, and stand out from the motion around it.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class PopSettings:
 
 
 def pops(clip: MotionClip, settings: PopSettings) -> list[tuple[int, int, tuple[int, ...]]]:
-    """(first, last, joints) of every pop, the joints that jump farthest first.
+    """Find (first, last, joints) of every pop, the joints that jump farthest first.
 
     A turn of a joint is seen by where its children go; of joints without children only the places are seen. Fingers
     are left out: they rap and snap.
@@ -70,7 +70,7 @@ def _usual(off: np.ndarray, frame: int, rate: float) -> np.ndarray:
 
 
 def misplacement(positions: np.ndarray) -> np.ndarray:
-    """(F, J) metres between each position of (F, J, 3) and where its four neighbours in time put it.
+    """Return the (F, J) metres between each position of (F, J, 3) and where its four neighbours in time put it.
 
     A cubic through the two frames before and the two after. At the two frames next to either end, which have fewer
     neighbours, what the next frame may be to blame for is left out.

@@ -18,7 +18,7 @@ _RATIO = 3.0
 
 
 def rest_frames(clip: MotionClip) -> list[tuple[int, int]]:
-    """(first, last) of rest poses or T-poses at the start and at the end of the clip, if the motion jumps there.
+    """Find (first, last) of rest poses or T-poses at the start and at the end of the clip, if the motion jumps there.
 
     A motion that comes gently out of its rest pose is not found.
     """
@@ -54,7 +54,7 @@ def _like_rest(clip: MotionClip) -> np.ndarray:
 
 
 def _like_t(clip: MotionClip) -> np.ndarray:
-    """(F,) bool: both arms point straight to their sides; False throughout if the arms cannot be told."""
+    """(F,) bool: both arms point straight to their sides; False throughout if no arms are known."""
     roles, positions = clip.skeleton.roles, clip.world[1]
     heading = clip.ground_path[:, 2]
     left = np.column_stack([-np.sin(heading), np.cos(heading), 0 * heading])

@@ -28,7 +28,7 @@ _FINE_RATE, _MARGIN = 240.0, 0.8
 
 @dataclass(frozen=True)
 class Style:
-    """How this walker differs from the model: factors about 1, one for each trait.
+    """Traits by which this walker differs from the model: factors about 1.
 
     ``drift`` scales the slow wandering of a body that is never quite still.
     """
@@ -43,7 +43,7 @@ class Style:
 
     @classmethod
     def varied(cls, rng: np.random.Generator, spread: float = 0.03) -> "Style":
-        """A style whose factors scatter about 1 by ``spread`` (standard deviation, cut at twice that)."""
+        """Draw a style whose factors scatter about 1 by ``spread`` (standard deviation, cut at twice that)."""
         return cls(*(1 + spread * np.clip(rng.standard_normal(7), -2, 2)))
 
 
@@ -150,7 +150,7 @@ def move_body(
     rng: np.random.Generator,
     watch: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The sample character walking as planned, from ``start`` to ``end`` s.
+    """Move the sample character as planned, from ``start`` to ``end`` s.
 
     It starts above the world's origin, facing -Y. ``watch``, if given, is the time (s) around which the head
     looks down at the feet.

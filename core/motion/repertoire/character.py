@@ -76,7 +76,7 @@ class Character:
         return self.rest[self.skeleton.index(bone)]
 
     def offset_of(self, bone: str) -> np.ndarray:
-        """(3,) position of a bone's head in its parent's frame, in metres."""
+        """Return the (3,) position of a bone's head in its parent's frame, in metres."""
         return self.skeleton.rest_translations[self.skeleton.index(bone)]
 
     def length_of(self, bone: str) -> float:
@@ -84,7 +84,7 @@ class Character:
 
 
 def sample_character() -> Character:
-    """The sample character, built from the table of its bones."""
+    """Build the sample character from the table of its bones."""
     bones = _bones()
     names = tuple(bone[0] for bone in bones)
     parents = np.array([-1 if bone[1] is None else names.index(bone[1]) for bone in bones])
@@ -100,14 +100,14 @@ def sample_character() -> Character:
 
 
 def sample_skeleton() -> Skeleton:
-    """The sample character's 22 joints.
+    """Return the sample character's 22 joints.
 
     At rest it stands in an A-pose with its hips above the world's origin, facing -Y. As in Blender, each bone
-    lies along its joint's Y axis; :func:`sample_bone_lengths` tells how long it is.
+    lies along its joint's Y axis; :func:`sample_bone_lengths` has the lengths.
     """
     return sample_character().skeleton
 
 
 def sample_bone_lengths() -> np.ndarray:
-    """(J,) bone lengths of the sample character in metres: tails are at (0, length, 0) in a joint's frame."""
+    """Return the (J,) bone lengths of the sample character (m): tails are at (0, length, 0) in a joint's frame."""
     return sample_character().lengths

@@ -1,4 +1,4 @@
-"""The repertoire: which walks, turns, starts, stops and steps the sample character knows."""
+"""The repertoire: walks, turns, starts, stops and steps of the sample character."""
 
 from collections.abc import Iterable, Iterator
 
@@ -44,13 +44,13 @@ class _Walker:
         return self.plan.steps[-1].land
 
     def walk(self, steps: int, speed: float = NORMAL, turn: float = 0.0) -> "_Walker":
-        """Some steps at ``speed`` m/s, each turning by ``turn`` degrees."""
+        """Add some steps at ``speed`` m/s, each turning by ``turn`` degrees."""
         for _ in range(steps):
             self.stride(speed, turn)
         return self
 
     def stride(self, speed: float, turn: float = 0.0, length: float = 1.0, **swing) -> "_Walker":
-        """One step, ``length`` times as long as usual at ``speed`` m/s."""
+        """Add one step, ``length`` times as long as usual at ``speed`` m/s."""
         usual, interval, overlap = _cadence(speed)
         vary = np.clip(self._rng.standard_normal(3), -2, 2) * [0.012, 0.012, 1.0]
         # In a turn the feet keep further apart, so that one does not strike the other.
@@ -61,7 +61,7 @@ class _Walker:
         return self
 
     def place(self, length: float, turn: float, interval: float, overlap: float, **swing) -> "_Walker":
-        """One step exactly as told; ``turn`` in degrees."""
+        """Add one step exactly as given; ``turn`` in degrees."""
         self.plan = self.plan.step(length, np.radians(turn), interval, overlap, **swing)
         return self
 
@@ -189,7 +189,7 @@ def _turning(angles: Iterable[float], speed: float, straight: int = 2) -> list[t
 
 
 def sample_repertoire(frame_rate: float = 30.0, rng: np.random.Generator | None = None) -> tuple[MotionClip, ...]:
-    """The sample character's motion clips: walks, turns, arcs, starts, stops, pivots, standing, steps over.
+    """Return the sample character's motion clips: walks, turns, arcs, starts, stops, pivots, standing, steps over.
 
     Each starts above the world's origin, facing -Y. Most begin and end in a straight walk at 1.2 m/s or
     standing, so that they can follow one another. The frames in which it crosses an obstacle of the

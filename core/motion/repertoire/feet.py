@@ -1,4 +1,4 @@
-"""What a foot does between and during its footsteps: land on the heel, lie flat, roll off the toes, swing."""
+"""The motion of a foot between and during its footsteps: land on the heel, lie flat, roll off the toes, swing."""
 
 from dataclasses import dataclass
 
@@ -126,7 +126,7 @@ def _prints(plan: FootstepPlan, side: int) -> list[_Print]:
 
 
 def foot_motion(plan: FootstepPlan, side: int, times: np.ndarray) -> FootMotion:
-    """The foot ``side`` (1 left, -1 right) at ``times`` (T,) s, as the plan has it."""
+    """Move the foot ``side`` (1 left, -1 right) at ``times`` (T,) s, as the plan has it."""
     prints = _prints(plan, side)
     ankle, pitch = np.zeros((len(times), 3)), np.zeros(len(times))
     heading, toe_bend = np.zeros(len(times)), np.zeros(len(times))

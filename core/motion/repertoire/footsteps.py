@@ -1,4 +1,4 @@
-"""Footstep plans: where and when each foot comes down, and the path that the body takes over them."""
+"""Footstep plans: places and times at which each foot comes down, and the path that the body takes over them."""
 
 from dataclasses import dataclass, field, replace
 
@@ -88,7 +88,7 @@ class FootstepPlan:
         return self.steps[k + 1].land + self.steps[k + 1].overlap if k + 2 < len(self.steps) else np.inf
 
     def _is_rest(self, k: int) -> bool:
-        """Whether the body comes to rest when step k has landed: the feet are side by side for a while."""
+        """Test whether the body comes to rest when step k has landed: the feet are side by side for a while."""
         return k > 0 and bool(np.allclose(self.steps[k].station, self.steps[k - 1].station))
 
     def body_knots(self, settle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""What the clip doctor said about each action, and saying it."""
+"""Measures and findings of each action, as they are stored and shown."""
 
 import contextlib
 from collections.abc import Iterable
@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.errors import ClipError
-from ..core.motion.clip import MotionClip
-from ..core.motion.doctor import DoctorSettings, Finding, Remedy, RemedyKind, examine
+from ...errors import ClipError
+from ..clip import MotionClip
+from .examination import DoctorSettings, examine
+from .finding import Finding, Remedy, RemedyKind
 
 
 @dataclass(frozen=True)
 class ClipMotion:
-    """How far a clip goes.
+    """The way that a clip goes.
 
     Attributes
     ----------
@@ -35,7 +36,7 @@ def clip_motion(clip: MotionClip) -> ClipMotion:
 
 
 def clip_motions(clips: Iterable[MotionClip]) -> dict[str, ClipMotion]:
-    """By name; clips that cannot be measured are left out."""
+    """Measure clips, by name; those that cannot be measured are left out."""
     motions = {}
     for clip in clips:
         with contextlib.suppress(ClipError):
@@ -45,7 +46,7 @@ def clip_motions(clips: Iterable[MotionClip]) -> dict[str, ClipMotion]:
 
 @dataclass(frozen=True)
 class ClipHealth:
-    """What is known about one action since it was examined.
+    """The state of one action when it was examined.
 
     Attributes
     ----------
@@ -66,19 +67,19 @@ class ClipHealth:
 
     @property
     def sentences(self) -> list[str]:
-        """All that there is to say, for the artist."""
+        """List all that there is to say, for the artist."""
         return [self.problem] if self.problem else [finding.sentence for finding in self.findings]
 
     @property
     def treatments(self) -> list[tuple[str, str, str]]:
-        """For each finding its title, its sentence, and what its remedy's button says."""
+        """List for each finding its title, its sentence, and what its remedy's button says."""
         return [
             (finding.kind.value.title(), finding.sentence, self._remedy_label(finding.remedy))
             for finding in self.findings
         ]
 
     def frame_range(self, kept: tuple[int, int]) -> tuple[float, float]:
-        """Frame numbers of the action that a range of samples stands for."""
+        """Return the frame numbers of the action that a range of samples stands for."""
         return self.first_frame + kept[0], self.first_frame + kept[1]
 
     def _remedy_label(self, remedy: Remedy) -> str:
