@@ -1,18 +1,15 @@
 """A crowd of copies of the scene's character, each with a walk of its own."""
 
-import contextlib
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
 
-from ...core.embedding.embedding import Embedding
-from ...core.embedding.link_reader import Node
 from ...core.errors import WalkError
 from ...core.motion.clip import MotionClip
 from ...core.playback.cleanup import clean_feet
-from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
+from ...core.playback.crowd import Crowd, CrowdSettings, scattered_crowd_steps
 from ...core.playback.synthesis import synthesize
 from ...core.playback.walk import Walk
 from ...core.playback.walk_motion import MotionRequest
@@ -27,10 +24,6 @@ from .request import read_motion_request, read_weighting
 
 CROWD_COLLECTION = "Wayfarer Crowd"
 _ACTION_NAME = "Wayfarer Walker"
-_ROOM_TO_START = 1.5
-"""Times the spacing."""
-_PER_SPARE = 20
-"""Walkers for each one more that is planned, in place of one that is shut in."""
 _PLANNED = 0.2
 """Share of the work after which all walks are planned."""
 
@@ -54,10 +47,8 @@ def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
     n_walkers, duration, spacing = settings.n_walkers, settings.duration, settings.spacing
     weighting, request = read_weighting(scene, settings.weighting), read_motion_request(scene)
     character = scene.wayfarer.character.name
-    yield Progress(0.0, "Placing walkers")
-    starts = _starts(embedding, n_walkers, rng, spacing)
-    planned = crowd_steps(embedding, starts, duration, rng, CrowdSettings(spacing / 2, weighting))
-    crowd = _without_spares((yield from portion(planned, 0.0, _PLANNED)), n_walkers)
+    planned = scattered_crowd_steps(embedding, n_walkers, duration, rng, CrowdSettings(spacing / 2, weighting))
+    crowd = yield from portion(planned, 0.0, _PLANNED)
     if not crowd.walks:
         raise WalkError(crowd.unserved[0].reason if crowd.unserved else "Nobody found a place to start from.")
     made: list[str] = []
@@ -101,25 +92,6 @@ def remove_crowd(scene) -> int:
     n_walkers = remove_copies(scene, CROWD_COLLECTION)
     remove_if_empty(scene, CROWD_COLLECTION)
     return n_walkers
-
-
-def _starts(embedding: Embedding, n_walkers: int, rng: np.random.Generator, spacing: float) -> list[Node]:
-    """Find places to start: with room, farther apart than they have to be and with a few spares."""
-    with contextlib.suppress(WalkError):
-        n_spares = 1 + n_walkers // _PER_SPARE
-        return scattered_starts(embedding, n_walkers + n_spares, rng, _ROOM_TO_START * spacing)
-    return scattered_starts(embedding, n_walkers, rng, spacing)
-
-
-def _without_spares(crowd: Crowd, n_walkers: int) -> Crowd:
-    """Return as many walks as asked for, if there are so many: then nobody is missed."""
-    n_missing = max(n_walkers - len(crowd.walks), 0)
-    return replace(
-        crowd,
-        walkers=crowd.walkers[:n_walkers],
-        walks=crowd.walks[:n_walkers],
-        unserved=crowd.unserved[:n_missing],
-    )
 
 
 def _motion(walk: Walk, request: MotionRequest, name: str, n_frames: int) -> MotionClip:

@@ -6,9 +6,10 @@ which, within the time asked for, every way ends in a conflict, so that it alway
 those that were in its way most often to plan again, around it.
 """
 
+import contextlib
 from collections import Counter
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +25,11 @@ from .weighted import Memory, Weighting, probabilities, uniform
 
 #: Nodes tried between two reports of progress.
 REPORTED_NODES = 200
+
+_ROOM_TO_START = 1.5
+"""Times the distance that walkers keep, between places to start where the ground has the room."""
+_PER_SPARE = 20
+"""Walkers for each one more that is planned, in place of one that is shut in."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +137,30 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
         room &= np.hypot(*apart.T) * grid.cell_size >= max(spacing, grid.cell_size / 2)
         nodes.append(node_in_cell(embedding, cell, rng))
     return nodes
+
+
+def scattered_crowd_steps(
+    embedding: Embedding, n_walkers: int, duration: float, rng: np.random.Generator, settings: CrowdSettings
+) -> Generator[Progress, None, Crowd]:
+    """Plan a crowd from random places; raises as :func:`scattered_starts`.
+
+    A few walkers more than asked for are planned, where there is room, so that those who are shut in are not missed.
+    """
+    yield Progress(0.0, "Placing walkers")
+    spacing, starts = 2 * settings.radius, None
+    with contextlib.suppress(WalkError):
+        n_spares = 1 + n_walkers // _PER_SPARE
+        starts = scattered_starts(embedding, n_walkers + n_spares, rng, _ROOM_TO_START * spacing)
+    if starts is None:
+        starts = scattered_starts(embedding, n_walkers, rng, spacing)
+    crowd = yield from crowd_steps(embedding, starts, duration, rng, settings)
+    n_missing = max(n_walkers - len(crowd.walks), 0)
+    return replace(
+        crowd,
+        walkers=crowd.walkers[:n_walkers],
+        walks=crowd.walks[:n_walkers],
+        unserved=crowd.unserved[:n_missing],
+    )
 
 
 def crowd_steps(
