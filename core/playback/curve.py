@@ -20,8 +20,8 @@ from ..embedding.link_reader import LinkReader, Node
 from ..embedding.network import Nodes, intersection
 from ..errors import WalkError
 from ..progress import Progress
-from .directed import rows_of
 from .reservation import StencilPaths
+from .time_to_go import rows_of
 from .walk import Trail, Walk, refuse_empty
 
 #: Frames of each link at which its distance from the curve is measured: evenly spread, the last one included.

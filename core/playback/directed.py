@@ -8,12 +8,15 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
-from ..embedding.network import Nodes, intersection
+from ..embedding.network import Nodes
 from ..errors import WalkError
-from ..evaluation.reach import merged_frames_steps
+from ..evaluation.wavefront import NEVER
 from ..progress import Progress, portion
-from .time_to_go import NEVER, TimeToGo, quickest_trail_steps
+from .time_to_go import TimeToGo, rows_of, time_to_go_steps
 from .walk import NOT_A_START, Trail, Walk, refuse_empty
+
+#: Metres by which an edit of the heading by one radian counts, beside an edit of the place.
+HEADING_LEVER = 0.5
 
 
 def walk_through_steps(
@@ -23,7 +26,7 @@ def walk_through_steps(
 
     The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
     may pass several goals that follow one another. Among walks that take the same time, the root is edited least
-    (:func:`.time_to_go.link_edits`, summed over the walk).
+    (:func:`link_edits`, summed over the walk).
 
     Parameters
     ----------
@@ -44,24 +47,10 @@ def walk_through_steps(
     reader = LinkReader(embedding)
     starts = start_nodes(reader, start)
     time_to_go = yield from portion(time_to_go_steps(embedding, goals, last_frame(embedding, limit)), 0.0, 0.8)
-    trail = yield from portion(quickest_within_steps(reader, time_to_go, starts, limit), 0.8, 1.0)
+    trail = yield from portion(quickest_trail_steps(reader, time_to_go, starts, limit), 0.8, 1.0)
     if not trail.stencils:
         raise WalkError("The character stands at the goal already; choose another goal, or another start.")
     return trail.walk()
-
-
-def quickest_within_steps(
-    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray, limit: float | None
-) -> Generator[Progress, None, Trail]:
-    """The quickest trail from (n, 4) starts along a time_to_go; WalkError if it takes longer than ``limit`` seconds."""
-    least = int(time_to_go.frames_at(0, starts).min())
-    last = last_frame(reader.embedding, limit)
-    if limit is not None and last is not None and least > last:
-        # Rounded up: less than that is too little.
-        seconds = math.ceil(100 * least / reader.embedding.graph.frame_rate) / 100
-        takes = "" if least >= NEVER else f"; the quickest takes {wording.exact(seconds)} s"
-        raise WalkError(f"No walk gets there within {wording.exact(limit)} s{takes}. Allow more time.")
-    return (yield from quickest_trail_steps(reader, time_to_go, starts))
 
 
 def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
@@ -76,52 +65,6 @@ def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
     return nodes
 
 
-def rows_of(embedding: Embedding, nodes: Nodes) -> np.ndarray:
-    """(n, 4) x, y, heading, segment of the nodes of a set that are in the embedding; by segment, heading, x, y."""
-    network, n_headings = embedding.network, embedding.shape[2]
-    kept = intersection(nodes, embedding.nodes)
-    rows = [np.empty((0, 4), dtype=int)]
-    for index, plane in enumerate(plane for bundle in kept for plane in network.planes(bundle)):
-        if plane:
-            cells = embedding.unrolling.layout.cells(plane)
-            segment, heading = divmod(index, n_headings)
-            rows.append(np.column_stack([cells, np.broadcast_to([heading, segment], cells.shape)]))
-    return np.concatenate(rows)
-
-
-def time_to_go_steps(
-    embedding: Embedding, goals: Sequence[Nodes], last: int | None = None
-) -> Generator[Progress, None, TimeToGo]:
-    """The time_to_go through goals in their order; ways of more than ``last`` frames count as none.
-
-    The times to the last goal come first; those to each goal before it begin, at every node of the goal, with what is
-    left from there.
-    """
-    if not goals:
-        raise WalkError("There is nowhere to go; give at least one goal.")
-    goals = [intersection(goal, embedding.nodes) for goal in goals]
-    for number, goal in enumerate(goals, 1):
-        if not any(goal):
-            which = f"goal {number}" if len(goals) > 1 else "the goal"
-            raise WalkError(f"No walk of the embedding ever stands at {which}; choose a place inside the covered area.")
-    network = embedding.network
-    nothing = network.nodes(np.empty((0, 2), dtype=int))
-    tables: list[np.ndarray] = []
-    for index in range(len(goals) - 1, -1, -1):
-        done = len(tables) / len(goals)
-        if not tables:
-            steps = merged_frames_steps(embedding, goals[index], last)
-        else:
-            rest = TimeToGo(embedding, goals[index + 1 :], tables)
-            rows = rows_of(embedding, goals[index])
-            left = rest.frames_at(0, rows)
-            able = left <= (NEVER - 1 if last is None else last)
-            steps = merged_frames_steps(embedding, nothing, last, (rows[able], left[able]))
-        table = yield from portion(steps, done, done + 1 / len(goals))
-        tables.insert(0, table)
-    return TimeToGo(embedding, goals, tables)
-
-
 def last_frame(embedding: Embedding, limit: float | None) -> int | None:
     """The last frame within ``limit`` seconds; None for no limit."""
     if limit is None or limit == np.inf:
@@ -129,3 +72,111 @@ def last_frame(embedding: Embedding, limit: float | None) -> int | None:
     if not limit > 0:
         raise WalkError(f"A walk cannot last {limit} s at most; give a positive time.")
     return int(np.floor(limit * embedding.graph.frame_rate + 1e-3))
+
+
+def link_edits(embedding: Embedding) -> np.ndarray:
+    """(K,) metres by which each stencil edits its segment's end: place and heading together."""
+    stencils = embedding.unrolling.stencils
+    return np.hypot(np.hypot(*stencils.position_error.T), HEADING_LEVER * stencils.heading_error)
+
+
+def quickest_trail_steps(
+    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray, limit: float | None = None
+) -> Generator[Progress, None, Trail]:
+    """Find the quickest walk from the (n, 4) ``starts``, exactly, and of all such the one with the least root edit.
+
+    The edit is :func:`link_edits`, summed; WalkError if the walk takes longer than ``limit`` seconds.
+
+    Waves of nodes go out from the starts, along all links that are on a quickest way; then the least edit is summed
+    up from the last wave back to the first.
+    """
+    embedding = time_to_go.embedding
+    durations = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
+    destination = embedding.unrolling.stencils.segment
+    edits = link_edits(embedding)
+
+    frames = time_to_go.frames_at(0, starts)
+    least, last = int(frames.min()), last_frame(embedding, limit)
+    if limit is not None and last is not None and least > last:
+        # Rounded up: less than that is too little.
+        seconds = math.ceil(100 * least / embedding.graph.frame_rate) / 100
+        takes = "" if least >= NEVER else f"; the quickest takes {wording.exact(seconds)} s"
+        raise WalkError(f"No walk gets there within {wording.exact(limit)} s{takes}. Allow more time.")
+    starts, frames = starts[frames == least], frames[frames == least]
+    buckets = _Buckets(embedding, time_to_go.n_goals)
+    layer, wrapped = np.zeros(len(starts), dtype=int), reader.wrapped(starts)
+    first_keys = buckets.add(time_to_go.advanced(layer, wrapped, frames), wrapped, frames)
+    waves = []
+    while buckets.frames_left:
+        yield Progress(0.9 * (1 - buckets.frames_left / max(least, 1)), "Laying out the quickest ways")
+        # No link is shorter than a window, so that none joins two nodes of one wave.
+        keys, layer, nodes, frames = buckets.take(durations.min())
+        rows, stencils = reader.links_from(nodes)
+        ends = reader.wrapped(reader.ends(nodes[rows], stencils))
+        left = frames[rows] - durations[destination[stencils]]
+        quickest = np.zeros(len(rows), dtype=bool)
+        for goal in range(time_to_go.n_goals):
+            here = np.flatnonzero((layer[rows] == goal) & (left >= 0))
+            quickest[here] = time_to_go.frames_at(goal, ends[here]) == left[here]
+        rows, stencils, ends, left = rows[quickest], stencils[quickest], ends[quickest], left[quickest]
+        end_keys = buckets.add(time_to_go.advanced(layer[rows], ends, left), ends, left)
+        waves.append((keys, rows, stencils, end_keys))
+
+    cost = np.zeros(buckets.n_keys)
+    best = np.full((buckets.n_keys, 2), -1)
+    for keys, rows, stencils, end_keys in reversed(waves):
+        total = edits[stencils] + cost[end_keys]
+        order = np.lexsort((stencils, total, rows))
+        chosen = order[np.flatnonzero(np.diff(rows[order], prepend=-1))]
+        cost[keys] = total[chosen]
+        best[keys] = np.column_stack([stencils[chosen], end_keys[chosen]])
+    start = int(np.argmin(cost[first_keys]))
+    trail, key = Trail(reader, tuple(starts[start].tolist())), int(first_keys[start])
+    while best[key, 0] >= 0:
+        stencil, key = best[key].tolist()
+        trail.take(stencil)
+    return trail
+
+
+class _Buckets:
+    """Nodes of the layers by the frames that they have left, and a running number for every one ever added.
+
+    Each waits once, in the manner of Dial's buckets.
+    """
+
+    def __init__(self, embedding: Embedding, n_goals: int):
+        self._shape = (n_goals + 1, *embedding.shape)
+        self._number: dict[int, int] = {}
+        self._waiting: dict[int, list[tuple[int, int]]] = {}
+
+    @property
+    def n_keys(self) -> int:
+        return len(self._number)
+
+    @property
+    def frames_left(self) -> int:
+        """Frames to go from the farthest node that waits; 0 if all have arrived."""
+        return max(self._waiting, default=0)
+
+    def add(self, layer: np.ndarray, nodes: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """Numbers of nodes; those that are new wait, except at the last goal."""
+        codes = np.ravel_multi_index((layer, *nodes.T), self._shape)
+        distinct, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+        numbers = []
+        for code, left in zip(distinct.tolist(), frames[first].tolist(), strict=True):
+            number = self._number.get(code)
+            if number is None:
+                number = self._number[code] = len(self._number)
+                if left:
+                    self._waiting.setdefault(left, []).append((number, code))
+            numbers.append(number)
+        return np.array(numbers, dtype=int)[inverse.ravel()]
+
+    def take(self, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers, layers, nodes and frames to go of the nodes within ``window`` frames of the farthest."""
+        farthest = self.frames_left
+        taken = [left for left in self._waiting if left > farthest - window]
+        rows = [(number, code, left) for left in taken for number, code in self._waiting.pop(left)]
+        number, code, left = np.array(rows).T
+        layer, *node = np.unravel_index(code, self._shape)
+        return number, layer, np.column_stack(node), left

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..progress import Progress, portion
-from .directed import time_to_go_steps
-from .time_to_go import TimeToGo, quickest_trail_steps
+from .directed import quickest_trail_steps
+from .time_to_go import TimeToGo, time_to_go_steps
 from .walk import Trail, Walk, WalkSettings, begin
 from .weighted import Memory, Weighting, probabilities
 

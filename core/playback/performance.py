@@ -12,9 +12,9 @@ from ..embedding.network import Nodes
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
-from .directed import last_frame, quickest_within_steps, start_nodes, time_to_go_steps
+from .directed import last_frame, link_edits, quickest_trail_steps, start_nodes
 from .reservation import StencilPaths
-from .time_to_go import link_edits
+from .time_to_go import time_to_go_steps
 from .walk import Trail, Walk, refuse_empty
 
 
@@ -95,7 +95,7 @@ def perform_steps(
             "it. Choose a larger Within or another place."
         )
     time_to_go = yield from portion(time_to_go_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
-    trail = yield from portion(quickest_within_steps(reader, time_to_go, starts, limit), 0.9, 1.0)
+    trail = yield from portion(quickest_trail_steps(reader, time_to_go, starts, limit), 0.9, 1.0)
     first = len(trail.stencils)
     best = min(
         (found for script in scripts if (found := script.play(reader, trail.node)) is not None), key=lambda f: f.edit

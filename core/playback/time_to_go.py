@@ -1,21 +1,16 @@
-"""Courses: the least time from everywhere through some goals, in their order; and the walk that keeps to it."""
+"""Times to go: the least time from everywhere through some goals, in their order."""
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.link_reader import LinkReader, PlaneBits
-from ..embedding.network import Nodes
-from ..progress import Progress
-from .walk import Trail
-
-#: In uint16 frames: never.
-NEVER = 65535
-
-#: Metres by which an edit of the heading by one radian counts, beside an edit of the place.
-HEADING_LEVER = 0.5
+from ..embedding.link_reader import PlaneBits
+from ..embedding.network import Nodes, intersection
+from ..errors import WalkError
+from ..evaluation.reach import merged_frames_steps
+from ..evaluation.wavefront import NEVER
+from ..progress import Progress, portion
 
 
 class TimeToGo:
@@ -70,111 +65,47 @@ class TimeToGo:
         return layer
 
 
-def link_edits(embedding: Embedding) -> np.ndarray:
-    """(K,) metres by which each stencil edits its segment's end: place and heading together."""
-    stencils = embedding.unrolling.stencils
-    return np.hypot(np.hypot(*stencils.position_error.T), HEADING_LEVER * stencils.heading_error)
+def time_to_go_steps(
+    embedding: Embedding, goals: Sequence[Nodes], last: int | None = None
+) -> Generator[Progress, None, TimeToGo]:
+    """Compute the times to go through goals in their order; ways of more than ``last`` frames count as none.
 
-
-@dataclass
-class _Wave:
-    """Nodes with nearly the same time to go, and the quickest links that lead on from them."""
-
-    keys: np.ndarray
-    rows: np.ndarray
-    stencils: np.ndarray
-    end_keys: np.ndarray
-
-
-def quickest_trail_steps(
-    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray
-) -> Generator[Progress, None, Trail]:
-    """Find the quickest walk from the (n, 4) ``starts``, exactly, and of all such the one with the least root edit.
-
-    It is :func:`link_edits`, summed. The walk begins at the quickest of the starts.
-
-    Waves of nodes go out from the starts, along all links that are on a quickest way; then the least edit is summed
-    up from the last wave back to the first.
+    The times to the last goal come first; those to each goal before it begin, at every node of the goal, with what is
+    left from there.
     """
-    embedding = time_to_go.embedding
-    durations = np.array([segment.n_frames - 1 for segment in embedding.graph.segments])
-    destination = embedding.unrolling.stencils.segment
-    edits = link_edits(embedding)
-
-    frames = time_to_go.frames_at(0, starts)
-    least = int(frames.min())
-    starts, frames = starts[frames == least], frames[frames == least]
-    pool = _Pool(embedding, time_to_go.n_goals)
-    layer, wrapped = np.zeros(len(starts), dtype=int), reader.wrapped(starts)
-    first_keys = pool.add(time_to_go.advanced(layer, wrapped, frames), wrapped, frames)
-    waves: list[_Wave] = []
-    while pool.frames_left:
-        yield Progress(0.9 * (1 - pool.frames_left / max(least, 1)), "Laying out the quickest ways")
-        # No link is shorter than a window, so that none joins two nodes of one wave.
-        keys, layer, nodes, frames = pool.take(durations.min())
-        rows, stencils = reader.links_from(nodes)
-        ends = reader.wrapped(reader.ends(nodes[rows], stencils))
-        left = frames[rows] - durations[destination[stencils]]
-        quickest = np.zeros(len(rows), dtype=bool)
-        for goal in range(time_to_go.n_goals):
-            here = np.flatnonzero((layer[rows] == goal) & (left >= 0))
-            quickest[here] = time_to_go.frames_at(goal, ends[here]) == left[here]
-        rows, stencils, ends, left = rows[quickest], stencils[quickest], ends[quickest], left[quickest]
-        end_keys = pool.add(time_to_go.advanced(layer[rows], ends, left), ends, left)
-        waves.append(_Wave(keys, rows, stencils, end_keys))
-
-    cost = np.zeros(pool.n_keys)
-    best = np.full((pool.n_keys, 2), -1)
-    for wave in reversed(waves):
-        total = edits[wave.stencils] + cost[wave.end_keys]
-        order = np.lexsort((wave.stencils, total, wave.rows))
-        chosen = order[np.flatnonzero(np.diff(wave.rows[order], prepend=-1))]
-        cost[wave.keys] = total[chosen]
-        best[wave.keys] = np.column_stack([wave.stencils[chosen], wave.end_keys[chosen]])
-    start = int(np.argmin(cost[first_keys]))
-    trail, key = Trail(reader, tuple(starts[start].tolist())), int(first_keys[start])
-    while best[key, 0] >= 0:
-        stencil, key = best[key].tolist()
-        trail.take(stencil)
-    return trail
+    if not goals:
+        raise WalkError("There is nowhere to go; give at least one goal.")
+    goals = [intersection(goal, embedding.nodes) for goal in goals]
+    for number, goal in enumerate(goals, 1):
+        if not any(goal):
+            which = f"goal {number}" if len(goals) > 1 else "the goal"
+            raise WalkError(f"No walk of the embedding ever stands at {which}; choose a place inside the covered area.")
+    network = embedding.network
+    nothing = network.nodes(np.empty((0, 2), dtype=int))
+    tables: list[np.ndarray] = []
+    for index in range(len(goals) - 1, -1, -1):
+        done = len(tables) / len(goals)
+        if not tables:
+            steps = merged_frames_steps(embedding, goals[index], last)
+        else:
+            rest = TimeToGo(embedding, goals[index + 1 :], tables)
+            rows = rows_of(embedding, goals[index])
+            left = rest.frames_at(0, rows)
+            able = left <= (NEVER - 1 if last is None else last)
+            steps = merged_frames_steps(embedding, nothing, last, (rows[able], left[able]))
+        table = yield from portion(steps, done, done + 1 / len(goals))
+        tables.insert(0, table)
+    return TimeToGo(embedding, goals, tables)
 
 
-class _Pool:
-    """Nodes of the layers that wait for their wave, each once, and a running number for every one ever added."""
-
-    def __init__(self, embedding: Embedding, n_goals: int):
-        self._shape = (n_goals + 1, *embedding.shape)
-        self._number: dict[int, int] = {}
-        self._waiting: dict[int, list[tuple[int, int]]] = {}
-
-    @property
-    def n_keys(self) -> int:
-        return len(self._number)
-
-    @property
-    def frames_left(self) -> int:
-        """Frames to go from the farthest node that waits; 0 if all have arrived."""
-        return max(self._waiting, default=0)
-
-    def add(self, layer: np.ndarray, nodes: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """Numbers of nodes; those that are new wait, except at the end of the time_to_go."""
-        codes = np.ravel_multi_index((layer, *nodes.T), self._shape)
-        distinct, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
-        numbers = []
-        for code, left in zip(distinct.tolist(), frames[first].tolist(), strict=True):
-            number = self._number.get(code)
-            if number is None:
-                number = self._number[code] = len(self._number)
-                if left:
-                    self._waiting.setdefault(left, []).append((number, code))
-            numbers.append(number)
-        return np.array(numbers, dtype=int)[inverse.ravel()]
-
-    def take(self, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers, layers, nodes and frames to go of the nodes within ``window`` frames of the farthest."""
-        farthest = self.frames_left
-        taken = [left for left in self._waiting if left > farthest - window]
-        rows = [(number, code, left) for left in taken for number, code in self._waiting.pop(left)]
-        number, code, left = np.array(rows).T
-        layer, *node = np.unravel_index(code, self._shape)
-        return number, layer, np.column_stack(node), left
+def rows_of(embedding: Embedding, nodes: Nodes) -> np.ndarray:
+    """(n, 4) x, y, heading, segment of the nodes of a set that are in the embedding; by segment, heading, x, y."""
+    network, n_headings = embedding.network, embedding.shape[2]
+    kept = intersection(nodes, embedding.nodes)
+    rows = [np.empty((0, 4), dtype=int)]
+    for index, plane in enumerate(plane for bundle in kept for plane in network.planes(bundle)):
+        if plane:
+            cells = embedding.unrolling.layout.cells(plane)
+            segment, heading = divmod(index, n_headings)
+            rows.append(np.column_stack([cells, np.broadcast_to([heading, segment], cells.shape)]))
+    return np.concatenate(rows)

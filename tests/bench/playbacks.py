@@ -8,9 +8,10 @@ from core.evaluation.goals import goal_at
 from core.playback.cleanup import clean_feet
 from core.playback.crowd import crowd_steps, scattered_starts
 from core.playback.curve import walk_along_steps
-from core.playback.directed import rows_of, walk_through_steps
+from core.playback.directed import walk_through_steps
 from core.playback.loop import loop_steps
 from core.playback.synthesis import synthesize
+from core.playback.time_to_go import rows_of
 from core.playback.walk import WalkSettings, nearest_node, random_walk_steps
 from core.progress import finish
 from tests.bench import problems
