@@ -1,26 +1,8 @@
 """The engine format: an embedding as a JSON header and one .npz of plain arrays, for programs that know no Wayfarer.
 
-``embedding.json`` holds what people read, ``embedding.npz`` (standard NumPy, no pickles) the arrays, and
-``embedding.table`` the same nodes and links as a plain table (:mod:`.table`). All are described in
-``docs/engine_format.md``; ``assets/engine/wayfarer_reader.py`` is a reader in under 200 lines that needs NumPy only.
-
-Header
-    ``format`` "wayfarer engine embedding", ``version`` 1, ``up`` "Z", ``units``; ``grid`` (``shape`` = cells in x,
-    cells in y, headings; ``cell_size``, ``origin``, ``tiled``); ``frame_rate``; ``clips`` (``name``, ``animation``,
-    ``seconds``, ``first_frame``); ``segments`` (``name``, ``clip``, ``first``, ``last``, ``start``, ``end``,
-    ``frames``, ``duration``, ``tags``); ``nodes``, ``links`` (how many there are); ``sha256`` of the .npz; ``table``
-    (``file``, ``bytes``, ``sha256``), null if there is none.
-Arrays (S segments, H headings, K stencils, F frames of all segments together)
-    ``nodes`` (S * H, B) uint8 and ``valid`` (K, B) uint8: bit-planes over the cells, bit x * ny + y, lowest bit first.
-    ``free`` (B,) uint8: cells at whose centre the character may stand. ``follow`` (L, 2) int32: segment follow[i, 1]
-    may be played after follow[i, 0]. ``stencil`` (K, 5) int32: segment, start heading, dx, dy, turn. ``error`` (K, 3)
-    float64: what the edit adds to the segment's own end: x, y (m, world frame), heading (rad). ``path`` (F, 3)
-    float64: x, y, heading of each frame relative to the segment's first. ``share`` (F,) float64: part of the error that
-    is added up to each frame, 0 to 1. ``first`` (S + 1,) int32: where each segment's frames begin.
-
-A node (x, y, heading, segment) stands where its bit in ``nodes[segment * H + heading]`` is set. A link leads from it by
-stencil k if the stencil's segment may follow, its heading is the node's, the cell's bit in ``valid[k]`` is set, and its
-end (x + dx, y + dy, heading + turn, segment k) is a node too. Every node has such a link: a walk never ends.
+``docs/engine_format.md`` describes the files; ``assets/engine/wayfarer_reader.py`` is a reader in under 200 lines that
+needs NumPy only. A node (x, y, heading, segment) stands where its bit in ``nodes[segment * n_headings + heading]`` is
+set; a link leads from it by each stencil that may follow, whose bit in ``valid`` is set, and that ends at a node too.
 """
 
 import hashlib
@@ -45,7 +27,7 @@ HEADER_FILE, ARRAYS_FILE, TABLE_FILE = "embedding.json", "embedding.npz", "embed
 def engine_files_steps(
     embedding: Embedding, with_table: bool = True
 ) -> Generator[Progress, None, dict[str, bytes | bytearray]]:
-    """The files of an embedding, by their names; the same embedding always makes the same bytes.
+    """Make the files of an embedding, by their names; the same embedding always makes the same bytes.
 
     Raises ExportError if there is nothing to walk, or the table would be too large.
     """
@@ -62,16 +44,16 @@ def engine_files_steps(
     header["table"] = None
     if table is not None:
         files[TABLE_FILE] = table
-        header["table"] = _told(TABLE_FILE, table)
+        header["table"] = _described(TABLE_FILE, table)
     return {HEADER_FILE: (json.dumps(header, indent=1) + "\n").encode(), **files}
 
 
-def _told(name: str, raw: bytes | bytearray) -> dict[str, Any]:
+def _described(name: str, raw: bytes | bytearray) -> dict[str, Any]:
     return {"file": name, "bytes": len(raw), "sha256": hashlib.sha256(raw).hexdigest()}
 
 
 def engine_header(embedding: Embedding) -> dict[str, Any]:
-    """The header as JSON can tell it, but for what it says of the other files."""
+    """Return the header as JSON has it, but for what it says of the other files."""
     graph, grid = embedding.graph, embedding.environment.grid
     return {
         "format": FORMAT,
@@ -101,7 +83,7 @@ def engine_header(embedding: Embedding) -> dict[str, Any]:
 
 
 def engine_arrays(embedding: Embedding) -> dict[str, np.ndarray]:
-    """The arrays by name."""
+    """Return the arrays by name."""
     layout, stencils = embedding.unrolling.layout, embedding.unrolling.stencils
     segments = embedding.graph.segments
     turned = np.column_stack([stencils.segment, stencils.heading, stencils.dx, stencils.dy, stencils.turn])
@@ -136,13 +118,13 @@ def _segment(graph: MotionGraph, segment: MotionSegment) -> dict[str, Any]:
 
 
 def _ranges(mask: np.ndarray) -> list[list[int]]:
-    """First and last frame of each stretch of frames that carry a tag."""
+    """List the first and last frame of each stretch of frames that carry a tag."""
     steps = np.diff(np.concatenate([[0], np.asarray(mask, dtype=int), [0]]))
     return np.column_stack([np.flatnonzero(steps > 0), np.flatnonzero(steps < 0) - 1]).tolist()
 
 
 def _bits(cells: np.ndarray) -> np.ndarray:
-    """(B,) uint8: the (nx, ny) cells in order of x, then y, eight to a byte, lowest bit first."""
+    """Pack (nx, ny) cells in order of x, then y, eight to a byte, lowest bit first: (B,) uint8."""
     return np.packbits(cells.ravel(), bitorder="little")
 
 

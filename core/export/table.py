@@ -32,7 +32,7 @@ _COUNTED = 0.1
 
 
 def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytearray]:
-    """The table.
+    """Make the table.
 
     Raises ExportError if its numbers do not fit, or making it would take more than ``embedding.settings.memory_limit``
     bytes.
@@ -73,7 +73,7 @@ def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytear
 
 
 def _size(embedding: Embedding) -> int:
-    """Bytes of the table; ExportError if it must not be made."""
+    """Return the bytes of the table; ExportError if it must not be made."""
     n_nodes, n_links = embedding.n_nodes, embedding.n_links
     size = table_bytes(n_nodes, n_links)
     needed, limit = size + n_nodes * _BYTES_BESIDE, embedding.settings.memory_limit
@@ -87,7 +87,7 @@ def _size(embedding: Embedding) -> int:
 
 
 def _leaving_steps(embedding: Embedding, able: list[int]) -> Generator[Progress, None, list[int]]:
-    """For each plane how many links leave its nodes."""
+    """Count the links that leave the nodes of each plane."""
     planes, parents, stencils = embedding.planes, embedding.network.parents, embedding.unrolling.stencils
     n_headings, leaving = stencils.n_headings, [0] * len(planes)
     played = zip(stencils.segment.tolist(), stencils.heading.tolist(), able, strict=True)
@@ -102,7 +102,7 @@ def _leaving_steps(embedding: Embedding, able: list[int]) -> Generator[Progress,
 
 @dataclass(frozen=True)
 class _Ways:
-    """What can be played in one heading, in order of cells, then stencils: (w,) arrays.
+    """Links that can be played in one heading, whatever came before, in order of cells, then stencils: (w,) arrays.
 
     Attributes
     ----------
@@ -116,13 +116,13 @@ class _Ways:
     end: np.ndarray
 
     def of(self, playable: np.ndarray) -> "_Ways":
-        """Those that play a segment of an (S,) bool."""
+        """Return those that play a segment of an (S,) bool."""
         kept = playable[self.segment]
         return _Ways(self.cell[kept], self.segment[kept], self.end[kept])
 
 
 def _ways_in(embedding: Embedding, able: list[int], first_node: list[int], heading: int) -> _Ways:
-    """All ways from cells in a heading to nodes, whichever segment came before."""
+    """Find all ways from cells in a heading to nodes, whichever segment came before."""
     stencils, layout = embedding.unrolling.stencils, embedding.unrolling.layout
     used = [k for k in np.flatnonzero(stencils.heading == heading).tolist() if able[k]]
     arrivals = (stencils.segment * stencils.n_headings + stencils.destination_heading)[used].tolist()

@@ -161,7 +161,7 @@ def _three_laps(clip: MotionClip) -> MotionClip:
 
 
 def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSettings | None = None) -> FootCleanup:
-    """The motion with the feet held in place on the ground during the given plants.
+    """Hold the feet of a motion in place on the ground during the given plants.
 
     Frames farther than the window from every plant stay exactly as they are. Where the hips are lowered, feet in the
     air keep their place, too. For a step between parts of a plant (:func:`.plants.split_plant`) a foot is lifted; but
@@ -224,7 +224,7 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
 
 
 def _foot_moves(stances: list[SplitPlant], positions: np.ndarray, window: int, size: float) -> np.ndarray:
-    """(F, 3) metres that a foot is moved by: what its plants take, eased in and out by splines, and lifts for steps.
+    """Return (F, 3) metres that a foot moves by: what its plants take, eased in and out by splines, and its lifts.
 
     Each part of a stance has the place that moves the foot the least, in the mean square.
     """
@@ -271,7 +271,7 @@ def _foot_moves(stances: list[SplitPlant], positions: np.ndarray, window: int, s
 
 
 def _lift(share: np.ndarray, way: np.ndarray, size: float) -> np.ndarray:
-    """(n,) metres that a foot is lifted by at these shares of a step that takes it some ``way``, a (2,) array."""
+    """Return (n,) metres that a foot is lifted by at shares of a step that takes it some ``way``, a (2,) array."""
     height = min(_LIFT + _LIFT_PER_METRE * float(np.linalg.norm(way)) / size, _HIGHEST_LIFT) * size
     # Up early and down late, so that the foot is in the air while it travels.
     return height * (1 - closing(share / _RISE, 1)[0]) * (1 - closing((1 - share) / _RISE, 1)[0])
@@ -280,7 +280,7 @@ def _lift(share: np.ndarray, way: np.ndarray, size: float) -> np.ndarray:
 def _drop(
     legs: dict[int, Leg], moves: dict[int, np.ndarray], plants: list[Plant], positions: np.ndarray, window: int, most
 ) -> np.ndarray:
-    """(F,) metres to lower the hips by, smoothly, so that no leg gets straighter than it is or usually stands."""
+    """Return (F,) metres to lower the hips by, smoothly, so that no leg gets straighter than usual."""
     n_frames = len(positions)
     needed = np.zeros(n_frames)
     near = np.zeros(n_frames, dtype=bool)

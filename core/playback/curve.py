@@ -33,7 +33,7 @@ START_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class CurveSettings:
-    """How a walk follows a curve.
+    """Settings of how a walk follows a curve.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def walk_along_steps(
     settings: CurveSettings | None = None,
     start: Node | Nodes | None = None,
 ) -> Generator[Progress, None, Walk]:
-    """The walk along a curve that stays nearest to it, in mean square over time, and does not tarry.
+    """Find the walk along a curve that stays nearest to it, in mean square over time, and does not tarry.
 
     Parameters
     ----------
@@ -89,7 +89,14 @@ def walk_along_steps(
 
 
 def curve_points(curve: np.ndarray | Sequence[Sequence[float]], spacing: float) -> np.ndarray:
-    """(n, 2) points along a polyline, its ends included, evenly at most ``spacing`` metres apart along it."""
+    """Return (n, 2) points along a polyline, its ends included, evenly at most ``spacing`` metres apart along it.
+
+    >>> curve_points([(0, 0), (1, 0), (1, 0.5)], 0.5)
+    array([[0. , 0. ],
+           [0.5, 0. ],
+           [1. , 0. ],
+           [1. , 0.5]])
+    """
     corners = np.asarray(curve, dtype=float)
     if corners.ndim != 2 or corners.shape[1] < 2 or len(corners) < 2 or not np.isfinite(corners).all():
         raise WalkError("The curve needs at least two points with finite coordinates; draw a longer one.")
@@ -103,7 +110,7 @@ def curve_points(curve: np.ndarray | Sequence[Sequence[float]], spacing: float) 
 
 @dataclass
 class _Reached:
-    """What was found at one point of the curve: nodes, their costs, and how they were reached.
+    """Nodes found at one point of the curve, their costs, and how they were reached.
 
     Attributes
     ----------
@@ -148,7 +155,7 @@ class _Follower:
 
     @cached_property
     def _tube(self) -> tuple[np.ndarray, np.ndarray]:
-        """The cells near the curve as a mask, and the cell that it begins with; not wrapped."""
+        """Cells near the curve as a mask, and the cell that it begins with; not wrapped."""
         margin = self._settings.width + self._grid.cell_size
         low = self._grid.cells(self._points.min(axis=0) - margin)
         high = self._grid.cells(self._points.max(axis=0) + margin)
@@ -156,7 +163,7 @@ class _Follower:
         return KDTree(self._points).query(self._grid.positions(cells))[0] <= self._settings.width, low
 
     def _in_tube(self, cells: np.ndarray) -> np.ndarray:
-        """(n,) bool: which (n, 2) cells are near any part of the curve."""
+        """Test which (n, 2) cells are near any part of the curve."""
         mask, low = self._tube
         cells = cells - low
         inside = np.all((cells >= 0) & (cells < mask.shape), axis=1)
@@ -164,7 +171,7 @@ class _Follower:
         return inside
 
     def starts(self, start: Node | Nodes | None) -> np.ndarray:
-        """(n, 4) nodes to start from, not wrapped, within the width of the curve's first point."""
+        """Return (n, 4) nodes to start from, not wrapped, within the width of the curve's first point."""
         embedding, grid = self._embedding, self._grid
         first, width = self._points[0], self._settings.width
         if isinstance(start, tuple):
@@ -225,8 +232,8 @@ class _Follower:
         return self._walk(done, farthest)
 
     def _cheapest(self, found: _Reached, best: dict[tuple[int, ...], float]) -> _Reached:
-        """Of nodes that can go on in the same ways the cheapest, if they are cheaper than before; as many as the
-        beam is wide. ``best`` remembers the costs."""
+        """Keep the cheapest of nodes that can go on in the same ways, if they are cheaper than before, and as many as
+        the beam is wide. ``best`` remembers the costs."""
         n_headings, n_segments = self._embedding.shape[2:]
         nodes = found.nodes
         kind = self._merge_of[nodes[:, 3]]
@@ -248,7 +255,7 @@ class _Follower:
         return found.rows(np.array(kept, dtype=int))
 
     def _onward(self, point: int, fresh: _Reached, rows: np.ndarray) -> Generator[tuple[int, _Reached], None, None]:
-        """All links that stay near the curve, by the point that they get to."""
+        """Yield all links that stay near the curve, by the point that they get to."""
         window = self._points[point : point + self._ahead + 1]
         row, stencil = self._reader.links_from(fresh.nodes)
         ends = self._reader.ends(fresh.nodes[row], stencil)
@@ -272,7 +279,7 @@ class _Follower:
             yield ahead, _Reached(ends[here], cost[here], before[here], stencil[here])
 
     def _arrived(self, nodes: np.ndarray) -> np.ndarray:
-        """(n,) bool: which nodes face as asked at the end."""
+        """Test which nodes face as asked at the end."""
         if self._settings.heading is None:
             return np.ones(len(nodes), dtype=bool)
         off = nodes[:, 2] * self._grid.heading_step - self._settings.heading

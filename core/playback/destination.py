@@ -29,7 +29,7 @@ def destination(
     heading: float | None = None,
     tolerance: float = 0.0,
 ) -> Nodes:
-    """The nodes within ``radius`` metres of world x, y that face ``heading`` (rad), or any way if it is None.
+    """Return the nodes within ``radius`` metres of world x, y that face ``heading`` (rad), or any way if it is None.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def destination(
 
 
 def reason_at(embedding: Embedding, position: Sequence[float]) -> Reason | None:
-    """Why the cell at a world position cannot be reached: for most of its headings; None off the ground."""
+    """Find why the cell at a world position cannot be reached in most of its headings; None off the ground."""
     grid = embedding.environment.grid
     if not np.isfinite(position).all():
         return None

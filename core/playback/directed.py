@@ -22,7 +22,7 @@ HEADING_LEVER = 0.5
 def walk_through_steps(
     embedding: Embedding, start: Node | Nodes, goals: Sequence[Nodes], limit: float | None = None
 ) -> Generator[Progress, None, Walk]:
-    """The quickest walk that stands at a node of each goal, one goal after the other.
+    """Find the quickest walk that stands at a node of each goal, one goal after the other.
 
     The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
     may pass several goals that follow one another. Among walks that take the same time, the root is edited least
@@ -54,7 +54,7 @@ def walk_through_steps(
 
 
 def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
-    """(n, 4) nodes of the embedding to start from; WalkError if there are none."""
+    """Return (n, 4) nodes of the embedding to start from; WalkError if there are none."""
     if isinstance(start, tuple):
         nodes = np.array([start])
         nodes = nodes[reader.are_nodes(nodes)]
@@ -66,7 +66,7 @@ def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
 
 
 def last_frame(embedding: Embedding, limit: float | None) -> int | None:
-    """The last frame within ``limit`` seconds; None for no limit."""
+    """Return the last frame within ``limit`` seconds; None for no limit."""
     if limit is None or limit == np.inf:
         return None
     if not limit > 0:
@@ -75,7 +75,7 @@ def last_frame(embedding: Embedding, limit: float | None) -> int | None:
 
 
 def link_edits(embedding: Embedding) -> np.ndarray:
-    """(K,) metres by which each stencil edits its segment's end: place and heading together."""
+    """Return (K,) metres by which each stencil edits its segment's end: place and heading together."""
     stencils = embedding.unrolling.stencils
     return np.hypot(np.hypot(*stencils.position_error.T), HEADING_LEVER * stencils.heading_error)
 
@@ -159,7 +159,7 @@ class _Buckets:
         return max(self._waiting, default=0)
 
     def add(self, layer: np.ndarray, nodes: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """Numbers of nodes; those that are new wait, except at the last goal."""
+        """Return numbers of nodes; those that are new wait, except at the last goal."""
         codes = np.ravel_multi_index((layer, *nodes.T), self._shape)
         distinct, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
         numbers = []
@@ -173,7 +173,7 @@ class _Buckets:
         return np.array(numbers, dtype=int)[inverse.ravel()]
 
     def take(self, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers, layers, nodes and frames to go of the nodes within ``window`` frames of the farthest."""
+        """Return numbers, layers, nodes and frames to go of the nodes within ``window`` frames of the farthest."""
         farthest = self.frames_left
         taken = [left for left in self._waiting if left > farthest - window]
         rows = [(number, code, left) for left in taken for number, code in self._waiting.pop(left)]

@@ -54,7 +54,7 @@ def perform_steps(
     tag: str | None = None,
     limit: float | None = None,
 ) -> Generator[Progress, None, Performance]:
-    """The quickest walk to where an action can begin so that its middle comes to lie near a place; and the action.
+    """Find the quickest walk to where an action can begin so that its middle comes to lie near a place; and the action.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def perform_steps(
 
 
 def continued(walk: Walk, further: Walk) -> Walk:
-    """Two walks as one; the second starts at the node where the first ends, whichever tile it was planned in."""
+    """Join two walks; the second starts at the node where the first ends, whichever tile it was planned in."""
     reader = LinkReader(walk.embedding)
     ends = reader.wrapped(np.stack([walk.states[-1], further.states[0]]))
     if not np.array_equal(*ends):
@@ -121,7 +121,7 @@ def continued(walk: Walk, further: Walk) -> Walk:
 
 
 def _actions(graph: MotionGraph, segments: Iterable[int], tag: str | None) -> list[_Action]:
-    """The runs of segments that follow one another in their clips."""
+    """List the runs of segments that follow one another in their clips."""
     chosen = sorted(set(segments), key=lambda s: (graph.segments[s].clip, graph.segments[s].first))
     if not chosen:
         raise WalkError("The action has no segment in the motion graph; choose another action.")
@@ -155,7 +155,7 @@ class _Played:
 
 @dataclass(frozen=True)
 class _Script:
-    """Where an action can begin, and the links by which it is played.
+    """The places where an action can begin, and the links by which it is played.
 
     Attributes
     ----------

@@ -38,19 +38,24 @@ class Plant:
         return self.last - self.first + 1
 
     def later(self, frames: int) -> "Plant":
-        """The same plant some frames later."""
+        """Return the same plant some frames later."""
         return Plant(self.side, self.first + frames, self.last + frames, self.pivots)
 
     def within(self, first: int, last: int) -> "Plant":
-        """The part of it from one frame to another, both included."""
+        """Return the part of it from one frame to another, both included."""
         a, b = max(self.first, first), min(self.last, last)
         return Plant(self.side, a, b, self.pivots[a - self.first : b + 1 - self.first])
 
     def shift(self, positions: np.ndarray) -> np.ndarray:
-        """(n_frames, 2) metres that would keep the foot where it stands, starting from 0, 0.
+        """Return (n_frames, 2) metres that would keep the foot where it stands, starting from 0, 0.
 
         The opposite of how the pivot travels on the ground in ``positions`` (F, J, 3). From one frame to the next it
         is the pivot of the later one that must not move.
+
+        >>> plant = Plant(side=0, first=1, last=2, pivots=np.array([0, 0]))
+        >>> plant.shift(np.array([[[0, 0, 0]], [[1, 0, 0]], [[1.5, 0, 0]]])) + 0.0
+        array([[ 0. ,  0. ],
+               [-0.5,  0. ]])
         """
         later = np.arange(self.first + 1, self.last + 1)
         joints = self.pivots[1:]
@@ -58,7 +63,7 @@ class Plant:
         return -np.concatenate([np.zeros((1, 2)), np.cumsum(travelled, axis=0)])
 
     def speeds(self, positions: np.ndarray, frame_rate: float) -> np.ndarray:
-        """(n_frames - 1,) metres per second that the pivot slides on the ground from each frame to the next."""
+        """Return (n_frames - 1,) metres per second that the pivot slides on the ground from each frame to the next."""
         return np.linalg.norm(np.diff(self.shift(positions), axis=0), axis=1) * frame_rate
 
 
@@ -115,7 +120,12 @@ def _split(
 
 
 def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:
-    """The plants of a motion that is repeated every ``lap`` frames, joined where the next lap goes on from the last."""
+    """Return the plants of a motion that is repeated every ``lap`` frames, joined where laps go on from one another.
+
+    >>> plant = Plant(side=0, first=0, last=10, pivots=np.zeros(11, dtype=int))
+    >>> [(plant.first, plant.last) for plant in repeated([plant], lap=10, n_laps=3)]
+    [(0, 30)]
+    """
     found: list[Plant] = []
     for side in (0, 1):
         own = [plant.later(number * lap) for number in range(n_laps) for plant in plants if plant.side == side]
@@ -130,13 +140,13 @@ def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:
 
 
 def clip_plants(clip: MotionClip, settings: ContactSettings | None = None) -> list[Plant]:
-    """The plants of a clip; ClipError if its feet are not known."""
+    """Find the plants of a clip; ClipError if its feet are not known."""
     settings = settings or ContactSettings()
     return _plants(joint_contacts(clip, settings), foot_joints(clip.skeleton, settings.feet))
 
 
 def walk_plants(walk: Walk, settings: ContactSettings | None = None) -> list[Plant]:
-    """The plants of a walk: those of the source clips, joined across its transitions.
+    """Find the plants of a walk: those of the source clips, joined across its transitions.
 
     The clips know better than the blended motion when a foot stands: there it may slide. On the frame of a transition
     a joint is planted if it is so on either side. ClipError if the feet are not known.

@@ -73,7 +73,11 @@ class WorstFrame:
 
     @property
     def amount(self) -> str:
-        """The value with its unit: "12.3 cm/s", "21.4°"."""
+        """The value with its unit.
+
+        >>> WorstFrame(7, "Foot slides", 12.34, "cm/s", severity=1.2).amount
+        '12.3 cm/s'
+        """
         space = "" if self.unit.startswith("°") else " "
         return f"{wording.amount(self.value)}{space}{self.unit}"
 

@@ -42,7 +42,7 @@ def played_root_path(walk: Walk, gaps: TransitionGaps, windows: np.ndarray, tole
 
 
 def _is_elsewhere(walk: Walk, path: np.ndarray) -> np.ndarray:
-    """(F,) bool: where a path lies off the ground, in what is blocked or in other regions than the walk's own path."""
+    """Test where a path lies off the ground, in what is blocked or in other regions than the walk's own path."""
     environment = walk.embedding.environment
     grid, size = environment.grid, np.array(environment.blocked.shape)
     places = [np.floor((p[:, :2] - grid.origin) / grid.sample_size).astype(int) for p in (path, walk.root_path)]
@@ -60,7 +60,7 @@ def _is_elsewhere(walk: Walk, path: np.ndarray) -> np.ndarray:
 
 
 def _end_rates(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3), (n, 3) rates of x, y and heading (m/s, rad/s) at the start and at the end of each segment's edited path.
+    """Return (n, 3), (n, 3) rates of x, y and heading (m/s, rad/s) at both ends of each segment's edited path.
 
     Those of the clips are centred differences, so that a segment goes on smoothly in its own continuation.
     """

@@ -60,7 +60,7 @@ def synthesize(
     blend_durations: np.ndarray | None = None,
     closed: bool = False,
 ) -> MotionClip:
-    """The walk as a motion clip at the motion graph's frame rate.
+    """Make the walk a motion clip at the motion graph's frame rate.
 
     The root passes along the walk's edited path (``walk.root_path``: the one that was checked against obstacles),
     exactly at the grid elements and outside the blends, within the settings' tolerance elsewhere. Tags are those of

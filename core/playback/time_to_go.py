@@ -35,13 +35,13 @@ class TimeToGo:
         self._merge_of = np.array(network.merge_of)
 
     def passes(self, goal: int, nodes: np.ndarray) -> np.ndarray:
-        """(n,) bool: which of (n, 4) nodes are in a goal; places may be unwrapped."""
+        """Test which of (n, 4) nodes are in a goal; places may be unwrapped."""
         nx, ny, n_headings, _ = self.embedding.shape
         bit = self.embedding.unrolling.layout.bit(nodes[:, 0] % nx, nodes[:, 1] % ny)
         return self._goals[goal].at(nodes[:, 3] * n_headings + nodes[:, 2], bit)
 
     def frames_at(self, layer: int, nodes: np.ndarray) -> np.ndarray:
-        """(n,) int: least frames from (n, 4) nodes through all goals from ``layer`` on; NEVER if there is no way."""
+        """Return (n,) least frames from (n, 4) nodes through all goals from ``layer`` on; NEVER if there is no way."""
         if layer == self.n_goals:
             return np.zeros(len(nodes), dtype=int)
         nx, ny = self.embedding.shape[:2]
@@ -53,7 +53,7 @@ class TimeToGo:
         return frames
 
     def advanced(self, layer: np.ndarray, nodes: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """(n,) layers of nodes in ``layer``, with their least ``frames``, after passing the goals that they are in.
+        """Return (n,) layers of nodes in ``layer``, with their least ``frames``, after passing goals that they are in.
 
         A goal is passed as soon as that costs no time: whatever can follow then could follow before, too.
         """
@@ -99,7 +99,7 @@ def time_to_go_steps(
 
 
 def rows_of(embedding: Embedding, nodes: Nodes) -> np.ndarray:
-    """(n, 4) x, y, heading, segment of the nodes of a set that are in the embedding; by segment, heading, x, y."""
+    """List (n, 4) x, y, heading, segment of a set's nodes in the embedding; by segment, heading, x, y."""
     network, n_headings = embedding.network, embedding.shape[2]
     kept = intersection(nodes, embedding.nodes)
     rows = [np.empty((0, 4), dtype=int)]

@@ -47,7 +47,7 @@ class TransitionGaps:
 
 
 def transition_gaps(walk: Walk, closed: bool = False) -> TransitionGaps:
-    """The gaps at the transitions of a walk; if it is closed, at last the one between its end and its start.
+    """Measure the gaps at the transitions of a walk; if it is closed, at last the one between its end and its start.
 
     Rates are centred differences in the whole clips, so that a segment followed by its own continuation leaves no gap
     at all. WalkError if a closed walk does not end at the node that it starts from.
@@ -86,7 +86,7 @@ def transition_gaps(walk: Walk, closed: bool = False) -> TransitionGaps:
 
 
 def poses_at(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, J, 4) rotations and (N, J, 3) translations of N samples of the graph's clips, without place and heading.
+    """Return (N, J, 4) rotations, (N, J, 3) translations of N samples of the graph's clips, without place and heading.
 
     What is left of the root is its height and its tilt; where the heading is steadier than the root, the tilt holds
     the sway of the hips.
@@ -117,7 +117,11 @@ def closing(steps: np.ndarray, window: np.ndarray | int) -> tuple[np.ndarray, np
 
 
 def window_steps(windows: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the transition, and the distance to it, of each frame of (S,) windows, from ``first`` to the last."""
+    """Return the transition, and the distance to it, of each frame of (S,) windows, from ``first`` to the last.
+
+    >>> window_steps(np.array([2, 0, 1]), first=1)
+    (array([0, 0, 2]), array([1, 2, 1]))
+    """
     counts = np.where(windows > 0, windows + 1 - first, 0)
     transition = np.repeat(np.arange(len(windows)), counts)
     step = np.arange(len(transition)) - np.repeat(np.cumsum(counts) - counts, counts) + first
@@ -125,7 +129,7 @@ def window_steps(windows: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarra
 
 
 def _rates(graph: MotionGraph, clips: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, J, 3) angular velocity (rad/s, in the joints' own frames) and (N, J, 3) velocity (m/s)."""
+    """Return (N, J, 3) angular velocity (rad/s, in the joints' own frames) and (N, J, 3) velocity (m/s)."""
     length = np.array([clip.n_frames for clip in graph.clips])[clips]
     earlier, later = np.maximum(frames - 1, 0), np.minimum(frames + 1, length - 1)
     rotations_a, translations_a = poses_at(graph, clips, earlier)

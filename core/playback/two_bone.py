@@ -66,7 +66,7 @@ def find_leg(skeleton: Skeleton, side: int, feet: Sequence[Sequence[int]]) -> Le
 def leg_turns(
     leg: Leg, rotations: np.ndarray, positions: np.ndarray, hips_move: np.ndarray, foot_move: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(F, 4), (F, 4) rotations in the world that thigh and shin turn by, so that the foot gets there.
+    """Return (F, 4), (F, 4) rotations in the world that thigh and shin turn by, so that the foot gets there.
 
     The plane of the knee turns with the line from hip to ankle, the least that it can. A leg that neither end moves
     of is not turned at all; one that its target is out of reach for points at it.
@@ -102,7 +102,7 @@ def _within(start: np.ndarray, target: np.ndarray, upper: np.ndarray, lower: np.
 
 
 def _hinge(leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """(F, 3) unit axes in the world that the knee bends about.
+    """Return (F, 3) unit axes in the world that the knee bends about.
 
     At right angles to thigh and shin, unless the leg is straight or bent the wrong way: then the axis that it usually
     bends about, fixed to the thigh, decides.

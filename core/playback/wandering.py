@@ -55,7 +55,7 @@ def wandering_walk_steps(
 
 
 def _next_place(embedding: Embedding, floor: np.ndarray, node: Node, rng: np.random.Generator) -> np.ndarray:
-    """One of the cells (n, 2) of the floor that are not too far from a node; around the edges of a tiled ground."""
+    """Choose a cell of the floor (n, 2) that is not too far from a node, around the edges of a tiled ground, too."""
     grid = embedding.environment.grid
     size = np.array(grid.shape[:2])
     away = np.abs(floor - np.array(node[:2]) % size)
@@ -77,7 +77,7 @@ def _rings(embedding: Embedding, cell: np.ndarray) -> Iterator[Nodes]:
 
 
 def _holds(embedding: Embedding, nodes: Nodes, node: Node) -> bool:
-    """Whether a set holds a node, whose place may be unwrapped."""
+    """Test whether a set holds a node, whose place may be unwrapped."""
     network, (nx, ny, _, _) = embedding.network, embedding.shape
     x, y, heading, segment = node
     block, place = divmod(heading, network.bundled)
