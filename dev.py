@@ -123,7 +123,7 @@ def demo(arguments):
     # The demo runs inside Blender, where relative paths mean something else.
     paths = [("--clips", known.clips), ("--blend", known.blend), ("--out", known.out)]
     options = [word for name, path in paths if path for word in (name, str(path.resolve()))]
-    return run_in_blender("demo.py", options + others)
+    return run_in_blender("demo", options + others)
 
 
 def reproduce(arguments):
@@ -132,7 +132,7 @@ def reproduce(arguments):
     for index, word in enumerate(words[:-1]):
         if word in ("--clips", "--out"):
             words[index + 1] = str(Path(words[index + 1]).resolve())
-    return run_in_blender("reproduce.py", words)
+    return run_in_blender("reproduce", words)
 
 
 def command_line(arguments):
@@ -141,12 +141,12 @@ def command_line(arguments):
         words = ["--", "--help"]
     if words[0] != "--":
         words[0] = str(Path(words[0]).resolve())
-    return run_in_blender("run_command.py", words)
+    return run_in_blender("command", words)
 
 
 def study(arguments):
     # Help too is asked of the command, which knows its options.
-    return run_in_blender("run_command.py", ["--", "study", *arguments])
+    return run_in_blender("command", ["--", "study", *arguments])
 
 
 def bench(arguments):
@@ -586,9 +586,9 @@ def pip(python, arguments):
         )
 
 
-def run_in_blender(script, arguments):
+def run_in_blender(tool, arguments):
     with blender_resources() as environment:
-        return run_script(ROOT / "tools" / script, arguments, environment)
+        return run_script(ROOT / "tools" / "run.py", [tool, *arguments], environment)
 
 
 def run_script(script, arguments, environment):

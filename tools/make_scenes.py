@@ -14,18 +14,18 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def main(folder: Path) -> None:
     sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
-    dev, headless = importlib.import_module("dev"), importlib.import_module("headless")
+    dev, run = importlib.import_module("dev"), importlib.import_module("run")
 
     with dev.blender_resources() as environment:
         os.environ.update(environment)
-        headless.enable_extension()
-        scene_file = importlib.import_module(f"{headless.EXTENSION}.addon.sample.scene_file")
-        layouts = importlib.import_module(f"{headless.EXTENSION}.addon.sample.layouts")
+        run.enable_extension()
+        scene_file = importlib.import_module(f"{run.EXTENSION}.addon.sample.scene_file")
+        layouts = importlib.import_module(f"{run.EXTENSION}.addon.sample.layouts")
         folder.mkdir(parents=True, exist_ok=True)
         for layout in layouts.LAYOUTS:
             path = scene_file.write_scene_file(folder, layout)
             sys.stdout.write(f"{path}  {path.stat().st_size / 1e3:.0f} kB\n")
-    headless.leave(0)
+    run.leave(0)
 
 
 if __name__ == "__main__":

@@ -9,12 +9,12 @@ import bpy
 import numpy as np
 import pytest
 
-DEMO = Path(__file__).resolve().parents[2] / "tools" / "demo.py"
+RUN = Path(__file__).resolve().parents[2] / "tools" / "run.py"
 KEYS = {"clips", "segments", "graph_links", "nodes", "links", "coverage", "walk_seconds", "seconds"}
 
 
 def run(*arguments) -> subprocess.CompletedProcess:
-    command = [sys.executable, str(DEMO), *map(str, arguments)]
+    command = [sys.executable, str(RUN), "demo", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300)
 
 

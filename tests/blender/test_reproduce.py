@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-REPRODUCE = Path(__file__).resolve().parents[2] / "tools" / "reproduce.py"
+RUN = Path(__file__).resolve().parents[2] / "tools" / "run.py"
 FIGURES = (
     *("figure_1", "figure_1_without_step", "figure_4_straight_12.5cm", "figure_5_k16", "figure_5_k4", "figure_6_36"),
     *("figure_6_8", "figure_7_a", "figure_7_b", "figure_8", "figure_9_tile", "figure_9_walk", "figure_10_s_hall"),
@@ -18,7 +18,7 @@ FIGURES = (
 
 
 def run(*arguments) -> subprocess.CompletedProcess:
-    command = [sys.executable, str(REPRODUCE), *map(str, arguments)]
+    command = [sys.executable, str(RUN), "reproduce", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=900)
 
 

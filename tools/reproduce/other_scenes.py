@@ -18,7 +18,7 @@ from ...core.report.chart import ColorBar, Swatch, Trace, map_chart
 from ...core.report.drawing import Drawing
 from ...core.report.floor_chart import FloorWalk, amount_chart, floor_pixels
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
-from .findings import Comparison, Findings, size_of
+from .chapter import Chapter, Comparison, size_of
 from .stage import Place
 
 #: The walk across tiles is shown on so many of them each way.
@@ -27,7 +27,7 @@ N_TILES = 3
 _CROWD_COLORS = (*SERIES, (0.84, 0.15, 0.16), (0.10, 0.78, 0.25))
 
 
-def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Findings]:
+def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Chapter]:
     """Fig. 9."""
     embedding = place.embed(graph)
     walk = _walk_across_tiles(embedding)
@@ -42,7 +42,7 @@ def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Findings]:
         f"The tile laid {N_TILES} x {N_TILES} times: {wording.length(length)} of a random walk that goes on across the "
         "seams.",
     )
-    return embedding, Findings(
+    return embedding, Chapter(
         Section(
             "Fig. 9: a tile, and a walk across tiles",
             (
@@ -67,7 +67,7 @@ def draw_tile(place: Place, graph: MotionGraph) -> tuple[Embedding, Findings]:
     )
 
 
-def draw_halls(hall: Place, two_steps: Place, graph: MotionGraph) -> tuple[dict[str, Embedding], Findings]:
+def draw_halls(hall: Place, two_steps: Place, graph: MotionGraph) -> tuple[dict[str, Embedding], Chapter]:
     """Fig. 10."""
     figures, embeddings, words = {}, {}, []
     for name, place in (("s_hall", hall), ("two_steps", two_steps)):
@@ -82,7 +82,7 @@ def draw_halls(hall: Place, two_steps: Place, graph: MotionGraph) -> tuple[dict[
         words.append(f"{place.layout.label}: {environment_coverage(embedding).describe()}")
     sizes = ", ".join(f"{name.replace('_', ' ')} {size_of(embedding)}" for name, embedding in embeddings.items())
     parts = _parts_covered(two_steps, embeddings["two_steps"])
-    return embeddings, Findings(
+    return embeddings, Chapter(
         Section(
             "Fig. 10: an S-shaped hall, and two steps",
             (
@@ -104,7 +104,7 @@ def draw_halls(hall: Place, two_steps: Place, graph: MotionGraph) -> tuple[dict[
     )
 
 
-def draw_crowds(scenes: dict[str, tuple[Place, Embedding]], n_walkers: int, seconds: float) -> Findings:
+def draw_crowds(scenes: dict[str, tuple[Place, Embedding]], n_walkers: int, seconds: float) -> Chapter:
     """Walkers that keep clear of one another."""
     figures, words, numbers = {}, [], {}
     for name, (place, embedding) in scenes.items():
@@ -128,7 +128,7 @@ def draw_crowds(scenes: dict[str, tuple[Place, Embedding]], n_walkers: int, seco
         )
         numbers[name] = {"walkers": len(found.walks), "closest_m": found.closest}
     caption = "Each begins at its square. Ways may cross: the walkers are there at different times."
-    return Findings(
+    return Chapter(
         Section(
             "Beyond the paper: crowds",
             (Paragraph(" ".join(words)), FigureRow(tuple(Figure(chart, caption) for chart in figures.values()))),

@@ -13,7 +13,7 @@ from ...core.motion.repertoire import STEP_TAG
 from ...core.report.chart import Series, line_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import table
-from .findings import Comparison, Findings
+from .chapter import Chapter, Comparison
 
 #: The paper's: "23 motions, 77 s" became so many segments and links.
 PAPER_MOTIONS, PAPER_SECONDS, PAPER_SEGMENTS, PAPER_LINKS = 23, 77, 55, 147
@@ -90,7 +90,7 @@ def make_graphs(
     return Graphs(clips, nearest, duration, best, tuple(by_cost)), rows
 
 
-def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Findings:
+def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Chapter:
     """The section on the motion graph.
 
     ``rows`` come from :func:`make_graphs`, ``trimmed`` from :func:`.stage.bring_clips`.
@@ -118,7 +118,7 @@ def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Fin
         if first is None
         else f"The motion that steps over takes part from a threshold of {wording.exact(first)} on."
     )
-    return Findings(
+    return Chapter(
         Section(
             "The motion graph",
             (

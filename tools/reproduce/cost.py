@@ -10,13 +10,13 @@ from ...core.motion.graph import MotionGraph
 from ...core.report.chart import Series, line_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import table
-from .findings import Comparison, Findings
+from .chapter import Chapter, Comparison
 from .graphs import Graphs
 from .room import timed_embedding
 from .stage import Place, timed
 
 
-def measure_cost(graphs: Graphs, room: Place, tile: Place, sides: tuple[int, ...]) -> Findings:
+def measure_cost(graphs: Graphs, room: Place, tile: Place, sides: tuple[int, ...]) -> Chapter:
     """Time and size of embeddings of ever more links, and on ever more tiles (``sides`` x ``sides``)."""
     links, seconds, sizes = [], [], []
     for graph in graphs.by_cost:
@@ -43,7 +43,7 @@ def measure_cost(graphs: Graphs, room: Place, tile: Place, sides: tuple[int, ...
     by_links, by_area = Fit(links, seconds), Fit(areas, area_seconds)
     rows = [["links of the motion graph", *row] for row in zip(links, seconds, sizes, strict=True)]
     rows += [["area (m2)", *row] for row in zip(areas, area_seconds, area_links, strict=True)]
-    return Findings(
+    return Chapter(
         Section(
             "Cost against links and area",
             (

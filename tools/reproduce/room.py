@@ -17,7 +17,7 @@ from ...core.progress import finish
 from ...core.report.floor_chart import FloorWalk, amount_chart
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import Table, table
-from .findings import Comparison, Findings, size_of
+from .chapter import Chapter, Comparison, size_of
 from .graphs import PAPER_LINKS, PAPER_SEGMENTS, Graphs, children_per_segment, mean_length, steps_over
 from .stage import Place, timed
 
@@ -59,7 +59,7 @@ def timed_embedding(place: Place, graph: MotionGraph) -> tuple[Embedding, float]
     return timed(lambda: place.embed(graph))
 
 
-def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms, Findings]:
+def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms, Chapter]:
     """The section on Fig. 1."""
     best, seconds = timed_embedding(with_step, graphs.best)
     open_best, _ = timed_embedding(without, graphs.best)
@@ -95,7 +95,7 @@ def draw_rooms(graphs: Graphs, with_step: Place, without: Place) -> tuple[Rooms,
         f"links), on its own scale: {size_of(sparse)}.",
     )
     figure_row = FigureRow(tuple(Figure(c, text) for c, text in zip(figures.values(), captions, strict=True)))
-    return Rooms(with_step, best), Findings(
+    return Rooms(with_step, best), Chapter(
         Section(
             "Fig. 1: a cluttered room, with and without a step",
             (

@@ -7,7 +7,7 @@ from ...core.progress import finish
 from ...core.report.page import Bullets, Paragraph, Section
 from ...core.report.scene_report import ReportOptions, SceneReport, Topic, examine_scene_steps, write_report
 from ...core.report.table import table
-from .findings import Findings
+from .chapter import Chapter
 from .stage import Place
 
 #: What the table of all scenes is made from.
@@ -25,7 +25,7 @@ def examine(place: Place, embedding: Embedding, folder: Path, topics: frozenset[
     return report
 
 
-def compare_scenes(reports: dict[str, SceneReport]) -> Findings:
+def compare_scenes(reports: dict[str, SceneReport]) -> Chapter:
     """The metrics of all scenes in one table, and the best advice for each."""
     columns, rows, advice = ["scene"], [], []
     for name, report in reports.items():
@@ -37,7 +37,7 @@ def compare_scenes(reports: dict[str, SceneReport]) -> Findings:
         sentences = report.contributions[Topic.CAPTURE].numbers.get("capture", ())
         advice += [f"{report.title}: {sentence}" for sentence in sentences[:2]]
         advice.append(f"All about it: {name}/report.html")
-    return Findings(
+    return Chapter(
         Section(
             "Beyond the paper: metrics and the capture director on all scenes",
             (

@@ -15,7 +15,7 @@ from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from ...core.report.table import table
 from ...core.tuning.global_pruning import prune_global_steps
 from ...core.tuning.local_pruning import prune_local_steps
-from .findings import Comparison, Findings, size_of
+from .chapter import Chapter, Comparison, size_of
 from .graphs import PAPER_SEGMENTS
 from .room import PAPER_EMBEDDED_LINKS, PAPER_NODES, Rooms, beyond_the_step
 
@@ -29,7 +29,7 @@ PAPER_PER_PLACE = PAPER_NODES / (56 * 64 * 24)
 PAPER_GLOBAL = (36, 8)
 
 
-def draw_local_pruning(rooms: Rooms) -> Findings:
+def draw_local_pruning(rooms: Rooms) -> Chapter:
     """Fig. 5."""
     whole, figures, rows, comparisons = rooms.embedding, {}, [], []
     lightest = _lightest(whole)
@@ -64,7 +64,7 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
         rows,
     )
     caption = "The lighter, the more ways; on the scale of the whole embedding."
-    return Findings(
+    return Chapter(
         Section(
             "Fig. 5: local pruning",
             (
@@ -86,7 +86,7 @@ def draw_local_pruning(rooms: Rooms) -> Findings:
     )
 
 
-def draw_global_pruning(rooms: Rooms) -> Findings:
+def draw_global_pruning(rooms: Rooms) -> Chapter:
     """Fig. 6."""
     whole = rooms.embedding
     n = len(whole.graph.segments)
@@ -128,7 +128,7 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
         else "The step is kept to the end."
     )
     caption = "The lighter, the more ways; on the scale of the whole embedding."
-    return Findings(
+    return Chapter(
         Section(
             "Fig. 6: global pruning",
             (
@@ -157,7 +157,7 @@ def draw_global_pruning(rooms: Rooms) -> Findings:
     )
 
 
-def draw_headings(rooms: Rooms) -> Findings:
+def draw_headings(rooms: Rooms) -> Chapter:
     """Fig. 7."""
     embedding, n = rooms.embedding, rooms.embedding.shape[2]
     chosen = {"facing right (0°)": 0, "facing the step (90°)": n // 4}
@@ -169,7 +169,7 @@ def draw_headings(rooms: Rooms) -> Findings:
     }
     cell_area = embedding.environment.grid.cell_size**2
     areas = {name: int(np.count_nonzero(values)) * cell_area for name, values in maps.items()}
-    return Findings(
+    return Chapter(
         Section(
             "Fig. 7: single headings",
             (
@@ -190,11 +190,11 @@ def draw_headings(rooms: Rooms) -> Findings:
     )
 
 
-def draw_times(rooms: Rooms) -> Findings:
+def draw_times(rooms: Rooms) -> Chapter:
     """Fig. 8."""
     embedding, beyond = rooms.embedding, beyond_the_step(rooms.place)
     if not (embedding.covered().any(axis=2) & beyond).any():
-        return Findings(
+        return Chapter(
             Section("Fig. 8: time to reach", (Paragraph("This motion never gets beyond the step: there is no goal."),)),
             comparisons=(
                 Comparison("Fig. 8: areas within 2, 3, 5, 7 s", "drawn", "none", "This motion does not step over."),
@@ -208,7 +208,7 @@ def draw_times(rooms: Rooms) -> Findings:
     areas = [float(np.count_nonzero((seconds <= t + 1e-3) & ~beyond) * cell_area) for t in PAPER_TIMES]
     longest = float(seconds[np.isfinite(seconds)].max())
     within = table(["within (s)", "area before the step (m2)"], list(zip(PAPER_TIMES, areas, strict=True)))
-    return Findings(
+    return Chapter(
         Section(
             "Fig. 8: from where the region beyond the step is reached in time",
             (

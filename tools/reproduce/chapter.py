@@ -1,4 +1,4 @@
-"""What a part of the reproduction gives to the report: figures, numbers, and comparisons with the paper."""
+"""A chapter of the reproduction: figures, numbers, and comparisons with the paper."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,8 +28,8 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Findings:
-    """What a part of the reproduction found.
+class Chapter:
+    """One chapter of the report.
 
     Attributes
     ----------

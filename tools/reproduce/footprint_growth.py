@@ -12,7 +12,7 @@ from ...core.motion.graph import MotionSegment
 from ...core.report.chart import Series, line_chart
 from ...core.report.drawing import INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
-from .findings import Comparison, Findings
+from .chapter import Chapter, Comparison
 
 N_STEPS = 4
 _SAMPLES = 20_000
@@ -20,7 +20,7 @@ _WIDE = FootprintSettings(position_rate=0.15, heading_rate=0.12)
 _WIDTH, _HEIGHT, _TOP = 520, 580, 66
 
 
-def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
+def draw_footprint_growth(n_samples: int = _SAMPLES) -> Chapter:
     """Reach of one to four repetitions of a metre of walk, straight and turning, on two grids."""
     grids = (Grid((1, 1, 24), 0.125), Grid((1, 1, 72), 0.0625))
     figures, ratios = {}, {}
@@ -49,7 +49,7 @@ def draw_footprint_growth(n_samples: int = _SAMPLES) -> Findings:
     coarse = ratios["straight", 0.125][-1], ratios["turning", 0.125][-1]
     fine = ratios["straight", 0.0625][-1], ratios["turning", 0.0625][-1]
     captions = "Outlines: in theory, by random edits within the footprint. Squares: cells reached on the grid."
-    return Findings(
+    return Chapter(
         Section(
             "Fig. 4: footprint growth, theoretical against gridded",
             (

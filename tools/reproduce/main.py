@@ -1,22 +1,24 @@
-"""The reproduction from the first operator to the last file."""
+"""Section 5 of the paper with our own code: python3 dev.py reproduce [--clips BVH_FOLDER] [--out FOLDER] [--quick]."""
 
+import argparse
 import json
-from argparse import Namespace
+import os
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...addon.render.raster import rasterize
+from ...core.errors import ClipError
 from ...core.report.drawing import Drawing, svg
 from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
 from ...core.report.png import png_bytes
 from ...core.report.scene_report import Topic
 from ...core.report.table import plain, table
-from ..demo_steps import draw_walk_view, quietly, shown_scene
+from ..demo import draw_walk_view, make_folder, shown_scene
 from .beyond import SHORT, WHOLE, compare_scenes, examine, sections_of
+from .chapter import PAPER, Chapter, Comparison
 from .cost import measure_cost
-from .findings import PAPER, Comparison, Findings
 from .footprint_growth import draw_footprint_growth
 from .graphs import describe_graphs, make_graphs
 from .other_scenes import draw_crowds, draw_halls, draw_tile
@@ -25,21 +27,67 @@ from .stage import Coarseness, bring_clips, open_place
 from .tuning import draw_global_pruning, draw_headings, draw_local_pruning, draw_times
 
 
-def run(options: Namespace, journal) -> dict:
-    """Everything; returns what went into report.json.
+def main(words: list[str], journal, start_seconds: float) -> None:
+    options = _parse(words)
+    _check(options)
+    journal.note("start", "Starting Blender", start_seconds)
+    report = run(options, journal)
+    print(f"\n{'':<62}{'the paper':<34}ours")
+    for row in report["comparisons"]:
+        print(f"{row['what']:<62}{row['paper']:<34}{row['ours']}")
+    print(f"\nAll of it took {sum(journal.seconds.values()):.0f} s.\n  {options.out / 'report.html'}")
+
+
+def _parse(argv: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="dev.py reproduce", description="The paper's section 5 with our own code.")
+    parser.add_argument(
+        "--clips",
+        metavar="BVH_FOLDER",
+        type=Path,
+        help="use these motions; default: the recorded ones where they are at hand (WAYFARER_DATA), otherwise the "
+        "sample character",
+    )
+    parser.add_argument("--out", metavar="FOLDER", type=Path, default=Path("reproduce"), help="default: reproduce")
+    parser.add_argument(
+        "--quick", action="store_true", help="the sample character unless --clips is given, on coarse grids"
+    )
+    options = parser.parse_args(argv)
+    if options.clips is None and not options.quick:
+        options.clips = _recorded()
+    # Blender resolves relative paths against the open file.
+    options.clips = options.clips.resolve() if options.clips else None
+    options.out = options.out.resolve()
+    return options
+
+
+def _recorded() -> Path | None:
+    """The folder of recorded motions that are alike the paper's, if they are at hand."""
+    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
+    folder = Path(os.environ.get("WAYFARER_DATA", beside)) / "cmu16"
+    return folder if folder.is_dir() else None
+
+
+def _check(options: argparse.Namespace) -> None:
+    if options.clips is not None and not options.clips.is_dir():
+        raise ClipError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
+    make_folder(options.out)
+
+
+def run(options: argparse.Namespace, journal) -> dict:
+    """Run everything; return what went into report.json.
 
     Raises RuntimeError, as operators do, and MotionGraphError if something is wrong with the input.
     """
     quick, out = options.quick, options.out
     coarse = Coarseness(2.0, 12) if quick else Coarseness()
     step = journal.run
-    clips, trimmed = step("clips", "Bringing the clips", quietly, bring_clips, options.clips, quick)
+    clips, trimmed = step("clips", "Bringing the clips", bring_clips, options.clips, quick)
     graphs, tried = step(
         "graphs", "Building motion graphs", make_graphs, clips, *([(0.12, 0.3), (0.5,)] if quick else [])
     )
     places = {}
     for key in ("ROOM", "TWO_STEPS", "S_HALL", "TILE", "STEP_ROOM"):
-        places[key] = step("scenes", f"Reading {key.lower()}", quietly, open_place, key, coarse)
+        places[key] = step("scenes", f"Reading {key.lower()}", open_place, key, coarse)
 
     parts = {"motion_graph": describe_graphs(graphs, tried, trimmed)}
     rooms, parts["room"] = step("room", "Fig. 1: the room", draw_rooms, graphs, places["STEP_ROOM"], places["ROOM"])
@@ -75,7 +123,7 @@ def run(options: Namespace, journal) -> dict:
 
     pictures = {}
     if not quick:
-        pictures["view"] = step("view", "Drawing the room in perspective", quietly, _draw_view, out / "view.png")
+        pictures["view"] = step("view", "Drawing the room in perspective", _draw_view, out / "view.png")
     more = sections_of(reports["step_room"], (Topic.IMPORTANCE, Topic.CAPTURE, Topic.METRICS))
     report = {
         "paper": PAPER,
@@ -98,7 +146,7 @@ def _draw_view(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _write(out: Path, parts: dict[str, Findings], more: list[Section], pictures: dict, report: dict, options) -> None:
+def _write(out: Path, parts: dict[str, Chapter], more: list[Section], pictures: dict, report: dict, options) -> None:
     charts = {name: chart for part in parts.values() for name, chart in part.figures.items()}
     for name, chart in charts.items():
         (out / f"{name}.svg").write_text(svg(chart), encoding="utf-8")
@@ -111,7 +159,7 @@ def _write(out: Path, parts: dict[str, Findings], more: list[Section], pictures:
 _TITLE = "Evaluating and tuning motion graphs: the paper reproduced"
 
 
-def _lead(options: Namespace) -> str:
+def _lead(options: argparse.Namespace) -> str:
     motion = f"the motions of {options.clips.name}" if options.clips else "the sample character"
     quick = (
         " A quick run: coarser grids than the paper's, so that counts are far from its numbers."
@@ -124,7 +172,7 @@ def _lead(options: Namespace) -> str:
     )
 
 
-def _sections(parts: dict[str, Findings], more: list[Section], pictures: dict[str, bytes]) -> list[Section]:
+def _sections(parts: dict[str, Chapter], more: list[Section], pictures: dict[str, bytes]) -> list[Section]:
     comparisons: list[Comparison] = [c for part in parts.values() for c in part.comparisons]
     overview = table(
         ["what", "the paper", "ours", "a word on the difference"],
