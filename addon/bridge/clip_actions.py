@@ -23,6 +23,22 @@ def character_problem(scene) -> str:
     return f"'{character.name}' is no longer in this scene; choose another character or bring it back"
 
 
+def bake_problem(character) -> str:
+    """Say why nothing baked onto the character would be saved, as a sentence without its full stop; empty if it would.
+
+    Blender lets the animation of linked data be changed, and has forgotten it when the file is opened again.
+    """
+    if character is None:
+        return ""
+    override = character.override_library
+    if character.library is None and (override is None or not override.is_system_override):
+        return ""
+    return (
+        f"'{character.name}' is linked from another file, and a walk baked onto it would not be saved; make a library "
+        "override of it (Object > Library Override > Make), or choose the output Copy"
+    )
+
+
 def character_actions(armature_object, of_others: bool = False) -> list[bpy.types.Action]:
     """The actions that move bones of the armature, in the order of their names; baked walks left out.
 

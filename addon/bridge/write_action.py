@@ -12,9 +12,13 @@ from ...core.motion.clip import MotionClip
 from ...core.motion.skeleton import Skeleton
 from .action_curves import action_curves, actions_of
 from .carriers import Carriers, find_carriers, levelled
+from .owned import WALK_PROPERTY
 from .rig import RigBinding, bind_rig, matrix_placement
 from .rotation_modes import channels_from_quaternions, rotation_property
 from .tags import write_tags
+
+_STASH = "[Action Stash]"
+"""Blender's own name for tracks that keep an action that would otherwise be lost."""
 
 _LINEAR = 1  # value of Keyframe.interpolation in foreach_set
 _STILL = 1e-5  # metres: a joint that keeps to its rest position this closely needs no location keys
@@ -104,11 +108,32 @@ def animated_bones(armature_object, actions: Iterable) -> set[str]:
 
 
 def assign_action(armature_object, action) -> None:
-    """Make ``armature_object`` play ``action``, by the slot that :func:`read_clip` would read."""
+    """Make ``armature_object`` play ``action``, by the slot that :func:`read_clip` would read.
+
+    An artist's action that was assigned, and that nobody else uses, is stashed: Blender saves nothing without a user.
+    """
     slot = action_curves(armature_object, action).slot
     animation = armature_object.animation_data_create()
+    before = animation.action
+    if before not in (None, action) and WALK_PROPERTY not in before and before.users < 2 and not before.use_fake_user:
+        stash_assigned(animation)
     animation.action = action
     animation.action_slot = slot
+
+
+def stash_assigned(animation) -> None:
+    """Take the assigned action off, as Blender's Stash does: onto a muted track, unless a strip plays it already."""
+    action, slot = animation.action, animation.action_slot
+    if action is None:
+        return
+    animation.action = None
+    if any(strip.action == action for track in animation.nla_tracks for strip in track.strips):
+        return
+    track = animation.nla_tracks.new()
+    track.name = _STASH
+    strip = track.strips.new(action.name, int(action.frame_range[0]), action)
+    strip.action_slot = slot
+    track.mute = track.lock = True
 
 
 def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:

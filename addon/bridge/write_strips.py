@@ -11,6 +11,7 @@ from mathutils import Matrix
 from ...core.errors import WalkError
 from ...core.motion.clip import MotionClip
 from .carriers import find_carriers
+from .owned import WALK_PROPERTY
 from .rig import RigBinding, bind_rig, placement_obstacle
 from .tags import write_tags
 from .write_action import (
@@ -20,13 +21,12 @@ from .write_action import (
     carried_placements,
     keyed_bones,
     object_channels,
+    stash_assigned,
     write_channels,
 )
 
 _PLACE_PROPERTY = "wayfarer_placement"
 """Custom property of an armature object that strips place: where it stood before, as its 16 basis matrix entries."""
-_STASH = "[Action Stash]"
-"""Blender's own name for tracks that keep an action that would otherwise be lost."""
 
 
 def strip_cuts(clip: MotionClip, seams: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def write_strips(
     pieces = {key: np.split(values, starts[1:]) for key, values in channels.items()}
 
     animation = armature_object.animation_data_create()
-    _stash(animation)
+    stash_assigned(animation)
     track = animation.nla_tracks.new()
     track.name = track_name
     digits = len(str(len(names)))
@@ -124,24 +124,41 @@ def write_strips(
             {key: piece[i] for key, piece in of_object.items()},
         )
         write_tags(action, {tag: mask[starts[i] : starts[i] + lengths[i]] for tag, mask in played.tags.items()}, 1)
+        action[WALK_PROPERTY] = armature_object.name
         strip = track.strips.new(title, int(first_frame + cuts[i]), action)
         strip.action_slot = action.slots[0]
         strip.extrapolation = "HOLD" if i == 0 else "HOLD_FORWARD"
     return track
 
 
-def remove_strips(armature_object, track_name: str = "Wayfarer Walk") -> int:
-    """Remove the tracks of earlier strips so named, and the actions that nobody else uses; how many strips there were.
+def find_strips(armature_object, track_name: str = "Wayfarer Walk") -> list:
+    """Return (track, strips) of earlier walks: tracks so named, and the strips in them that play what we baked.
 
-    Actions that the artist has renamed or given a fake user stay. The object goes back to where it stood before.
+    The name alone decides nothing: a track of the artist's may be called so, too.
     """
-    animation = armature_object.animation_data
-    tracks = [track for track in animation.nla_tracks if track.name.split(".")[0] == track_name] if animation else []
+    animation, found = armature_object.animation_data, []
+    for track in animation.nla_tracks if animation else ():
+        ours = [strip for strip in track.strips if strip.action and WALK_PROPERTY in strip.action]
+        if ours and track.name.split(".")[0] == track_name:
+            found.append((track, ours))
+    return found
+
+
+def remove_strips(armature_object, track_name: str = "Wayfarer Walk") -> int:
+    """Remove earlier strips (:func:`find_strips`), and the actions that nobody else uses; how many strips there were.
+
+    Actions that the artist has renamed or given a fake user stay, and so do strips that the artist has added. The
+    object goes back to where it stood before.
+    """
     removed = 0
-    for track in tracks:
-        own = [strip.action for strip in track.strips if strip.action and strip.action.name.startswith(strip.name)]
-        removed += len(track.strips)
-        animation.nla_tracks.remove(track)
+    for track, strips in find_strips(armature_object, track_name):
+        own = [strip.action for strip in strips if strip.action.name.startswith(strip.name)]
+        removed += len(strips)
+        if len(strips) == len(track.strips):
+            armature_object.animation_data.nla_tracks.remove(track)
+        else:
+            for strip in strips:
+                track.strips.remove(strip)
         for action in own:
             if action.users == 0:
                 bpy.data.actions.remove(action)
@@ -166,18 +183,3 @@ def _taken(clip: MotionClip, frames: np.ndarray) -> MotionClip:
 def _held(placements: Placements, frames: np.ndarray) -> Placements:
     """For each entry of ``frames`` the placement on that frame."""
     return Placements(placements.rotation[frames], placements.translation[frames], placements.scale)
-
-
-def _stash(animation) -> None:
-    """Take the assigned action off, as Blender's Stash does: onto a muted track, unless a strip plays it already."""
-    action, slot = animation.action, animation.action_slot
-    if action is None:
-        return
-    animation.action = None
-    if any(strip.action == action for track in animation.nla_tracks for strip in track.strips):
-        return
-    track = animation.nla_tracks.new()
-    track.name = _STASH
-    strip = track.strips.new(action.name, int(action.frame_range[0]), action)
-    strip.action_slot = slot
-    track.mute = track.lock = True

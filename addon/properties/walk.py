@@ -229,6 +229,7 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=False,
         options=set(),
     )
+    markers: StringProperty(name="Own Markers", description="Names and frames of the markers of the last walk, as JSON")
     draw_path: BoolProperty(
         name="Path", description="Draw the way of the root as a curve on the floor", default=True, options=set()
     )

@@ -1,5 +1,6 @@
 """Results of a walk in the scene: an action, strips or a copy of the character, a curve, markers, and its numbers."""
 
+import json
 import re
 
 import bpy
@@ -11,7 +12,7 @@ from ...core.playback.walk_motion import WalkMotion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import OUTPUT, WALK_PROPERTY, ensure_collection
 from ..bridge.write_action import assign_action, write_clip
-from ..bridge.write_strips import remove_strips, strip_cuts, write_strips
+from ..bridge.write_strips import find_strips, remove_strips, strip_cuts, write_strips
 from ..render.walk_curve import remove_walk_curve, walk_curve
 from ..results.state import keep_walk, results
 
@@ -20,7 +21,7 @@ FIRST_FRAME = 1
 COPY_COLLECTION = "Wayfarer Copy"
 
 _MARKER = "Walk: "
-"""Start of the names of timeline markers, by which those of an earlier walk are known."""
+"""Start of the names of timeline markers."""
 _UNKNOWN_SLIDE = -1.0
 """Slide of feet that are not known."""
 
@@ -107,7 +108,7 @@ def set_timeline(scene, last_frame: int) -> None:
 def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
     action = write_clip(character, clip, clip.name, FIRST_FRAME)
     _claim_played(character)
-    if _has_strips(character):
+    if find_strips(character):
         # They would move the object under the action; where it stands without them is known only now.
         remove_strips(character)
         bpy.context.view_layer.update()
@@ -130,15 +131,7 @@ def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Act
     bpy.context.view_layer.update()
     names = [walk.embedding.graph.segments[s].name for s in walk.segments]
     track = write_strips(character, clip, walk.node_frames, names, WALK_NAME, FIRST_FRAME)
-    actions = [strip.action for strip in track.strips if strip.action is not None]
-    for action in actions:
-        action[WALK_PROPERTY] = character.name
-    return actions[0], track.strips[-1].frame_end
-
-
-def _has_strips(character) -> bool:
-    tracks = character.animation_data.nla_tracks if character.animation_data else ()
-    return any(track.name.split(".")[0] == WALK_NAME for track in tracks)
+    return track.strips[0].action, track.strips[-1].frame_end
 
 
 def _claim_played(character) -> None:
@@ -168,14 +161,21 @@ def _is_kept(action, character) -> bool:
 
 
 def _set_markers(scene, walk: Walk | None) -> None:
-    """Mark the transitions of a walk; those of an earlier one go."""
-    for marker in [marker for marker in scene.timeline_markers if marker.name.startswith(_MARKER)]:
-        scene.timeline_markers.remove(marker)
-    if walk is None:
-        return
-    graph = walk.embedding.graph
-    frames_per_sample = scene.render.fps / scene.render.fps_base / graph.frame_rate
-    for start, segment in zip(walk.node_frames[:-1], walk.segments, strict=True):
-        name = graph.clips[graph.segments[segment].clip].name
-        frame = FIRST_FRAME + round(float(start) * frames_per_sample)
-        scene.timeline_markers.new(_MARKER + name, frame=frame)
+    """Mark the transitions of a walk; those of an earlier one go, as long as they are as they were set.
+
+    Markers cannot carry a mark of their own in Blender 5: which ones are ours is written in the scene's settings.
+    """
+    settings, markers = scene.wayfarer.walk, scene.timeline_markers
+    for name, frame in json.loads(settings.markers or "[]"):
+        ours = next((marker for marker in markers if (marker.name, marker.frame) == (name, frame)), None)
+        if ours is not None:
+            markers.remove(ours)
+    made = []
+    if walk is not None:
+        graph = walk.embedding.graph
+        frames_per_sample = scene.render.fps / scene.render.fps_base / graph.frame_rate
+        for start, segment in zip(walk.node_frames[:-1], walk.segments, strict=True):
+            clip = graph.clips[graph.segments[segment].clip].name
+            frame = FIRST_FRAME + round(float(start) * frames_per_sample)
+            made.append((markers.new(_MARKER + clip, frame=frame).name, frame))
+    settings.markers = json.dumps(made) if made else ""

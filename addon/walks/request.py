@@ -12,6 +12,7 @@ from ...core.motion.mirror import MIRRORED
 from ...core.playback.styles import Place, WalkRequest
 from ...core.playback.walk_motion import MotionRequest
 from ...core.playback.weighted import ByGoodness, Evenly, PerClip, Weighting, by_variability, uniform
+from ..bridge.clip_actions import bake_problem
 from ..results.state import embedding_of
 from .curve_points import curve_points
 
@@ -19,8 +20,11 @@ _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "NEGATIVE_X": (-1.0, 0.0, 0
 
 
 def walk_problem(context) -> str:
-    """Return what the settings lack for a walk of their style, a sentence without full stop; empty if nothing."""
+    """Return what a walk as the settings ask for it lacks, a sentence without full stop; empty if nothing."""
     settings = context.scene.wayfarer.walk
+    problem = bake_problem(context.scene.wayfarer.character) if settings.output != "COPY" else ""
+    if problem:
+        return problem
     used = settings.chosen_style.settings
     return next(filter(None, (find(context, settings) for name, find in _PROBLEMS.items() if name in used)), "")
 

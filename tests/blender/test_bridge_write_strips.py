@@ -81,17 +81,17 @@ def test_strips_show_the_walk_on_every_frame(walk, motion, mode):
     for bone in armature.pose.bones:
         bone.rotation_mode = mode
     armature.location, armature.rotation_euler = (0.3, -0.2, 0.0), (0.0, 0.0, 0.4)
-    track = write_strips(armature, motion, walk.seams, names_of(walk), first_frame=11)
+    track = write_strips(armature, motion, walk.node_frames, names_of(walk), first_frame=11)
     assert [strip.name.split(" ", 1)[1] for strip in track.strips] == names_of(walk)
-    assert [round(strip.frame_start) for strip in track.strips] == list(11 + walk.seams[:-1])
-    assert round(track.strips[-1].frame_end) == 11 + walk.seams[-1]
+    assert [round(strip.frame_start) for strip in track.strips] == list(11 + walk.node_frames[:-1])
+    assert round(track.strips[-1].frame_end) == 11 + walk.node_frames[-1]
     assert_shows(armature, motion, 11, range(motion.n_frames))
 
 
 def test_a_strip_is_placed_by_one_key(walk, motion):
     """Moving the key of one strip moves what that strip shows as a whole, and nothing else."""
     armature = sample_armature()
-    track = write_strips(armature, motion, walk.seams, names_of(walk), first_frame=1)
+    track = write_strips(armature, motion, walk.node_frames, names_of(walk), first_frame=1)
     strip = track.strips[1]
     curves = {
         (curve.data_path, curve.array_index): curve
@@ -102,19 +102,19 @@ def test_a_strip_is_placed_by_one_key(walk, motion):
     assert all(len(curves["rotation_euler", i].keyframe_points) == 1 for i in range(3))
     # It stands where the segment starts, and the hips start above it.
     offset = [curve.keyframe_points[0].co[1] for curve in placed]
-    np.testing.assert_allclose(offset[:2], motion.translations[walk.seams[1], 0, :2], atol=1e-4)
+    np.testing.assert_allclose(offset[:2], motion.translations[walk.node_frames[1], 0, :2], atol=1e-4)
     placed[0].keyframe_points[0].co[1] += 2.0
     placed[0].update()
     moved = motion.world[1] + [2.0, 0, 0]
-    for frame in (walk.seams[1] + 1, walk.seams[2] - 1):
+    for frame in (walk.node_frames[1] + 1, walk.node_frames[2] - 1):
         np.testing.assert_allclose(shown(armature, 1 + frame, motion.skeleton.names), moved[frame], atol=1e-4)
-    assert_shows(armature, motion, 1, (walk.seams[1] - 1, walk.seams[2] + 1))
+    assert_shows(armature, motion, 1, (walk.node_frames[1] - 1, walk.node_frames[2] + 1))
 
 
 def test_strips_at_another_frame_rate(walk, motion):
     armature = sample_armature()
     bpy.context.scene.render.fps = 24
-    write_strips(armature, motion, walk.seams, names_of(walk), first_frame=1)
+    write_strips(armature, motion, walk.node_frames, names_of(walk), first_frame=1)
     clip = motion.resampled(24.0)
     assert_shows(armature, clip, 1, range(0, clip.n_frames, 5))
 
@@ -128,9 +128,9 @@ def test_a_character_that_its_object_carries(walk, motion):
         curve = bag.fcurves.new("location", index=index)
         curve.keyframe_points.add(2)
         curve.keyframe_points.foreach_set("co", [1.0, 0.0, 20.0, 1.0])
-    track = write_strips(armature, motion, walk.seams, names_of(walk))
+    track = write_strips(armature, motion, walk.node_frames, names_of(walk))
     bag = track.strips[0].action.layers[0].strips[0].channelbag(track.strips[0].action_slot)
-    assert len(bag.fcurves.find("location", index=0).keyframe_points) == walk.seams[1] + 1
+    assert len(bag.fcurves.find("location", index=0).keyframe_points) == walk.node_frames[1] + 1
     assert_shows(armature, motion, 1, range(0, motion.n_frames, 9))
 
 
@@ -141,7 +141,7 @@ def test_a_character_below_an_animated_parent(walk, motion):
     stage.location = (0.5, 0.0, 0.0)
     stage.keyframe_insert("location", frame=1)
     armature.parent = stage
-    track = write_strips(armature, motion, walk.seams, names_of(walk))
+    track = write_strips(armature, motion, walk.node_frames, names_of(walk))
     bag = track.strips[0].action.layers[0].strips[0].channelbag(track.strips[0].action_slot)
     assert bag.fcurves.find("location", index=0) is None
     assert_shows(armature, motion, 1, range(0, motion.n_frames, 9))
@@ -154,7 +154,7 @@ def test_the_artists_action_is_kept(walk, motion):
     armature.location = before = Vector((0.5, 0.25, 0.0))
     keys = np.empty(2 * motion.n_frames, dtype=np.float32)
     action.layers[0].strips[0].channelbag(action.slots[0]).fcurves[0].keyframe_points.foreach_get("co", keys)
-    track = write_strips(armature, motion, walk.seams, names_of(walk), first_frame=200)
+    track = write_strips(armature, motion, walk.node_frames, names_of(walk), first_frame=200)
     animation = armature.animation_data
     assert animation.action is None and action.users == 1
     stash = next(t for t in animation.nla_tracks if t != track)
@@ -175,7 +175,7 @@ def test_the_artists_action_is_kept(walk, motion):
 def test_seams_of_another_walk_are_refused(walk, motion):
     armature = sample_armature()
     with pytest.raises(WalkError, match="seams"):
-        write_strips(armature, motion, walk.seams[:-1], names_of(walk)[:-1])
+        write_strips(armature, motion, walk.node_frames[:-1], names_of(walk)[:-1])
     assert len(bpy.data.actions) == 0
 
 

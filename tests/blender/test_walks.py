@@ -1,6 +1,7 @@
 """Walks in every style, into every output: they go where they are told to, and nothing else changes."""
 
 import math
+import shutil
 from itertools import pairwise
 
 import bpy
@@ -459,3 +460,83 @@ def test_feet_are_held_in_what_is_baked(settings):
     assert np.abs(after - before)[feet].max() > 1e-3
     hips = names.index("Hips")
     np.testing.assert_allclose(after[hips, :2], before[hips, :2], atol=1e-5)
+
+
+# --------------------------------------------------------------------------------------- nothing is lost
+
+
+def reopened(tmp_path):
+    path = str(tmp_path / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+
+
+@pytest.mark.parametrize("output", ["ACTION", "STRIPS", "COPY"])
+def test_an_action_that_was_just_keyed_is_there_after_a_walk_and_reopening(settings, tmp_path, output):
+    rig = character()
+    animation = rig.animation_data_create()
+    animation.action = None
+    bone = rig.pose.bones["Head"]
+    bone.keyframe_insert("rotation_quaternion", frame=1)
+    mine = animation.action
+    mine.name = "just keyed"
+    assert mine.users == 1 and not mine.use_fake_user
+    walked(settings, output=output)
+    # A second walk finds nothing more to put away.
+    n_tracks = len(rig.animation_data.nla_tracks)
+    walked(settings, seed=3)
+    assert len(rig.animation_data.nla_tracks) == n_tracks
+    reopened(tmp_path)
+    assert bpy.data.actions["just keyed"].users >= 1
+    assert not bpy.data.actions["just keyed"].use_fake_user
+
+
+@pytest.mark.parametrize("output", ["ACTION", "STRIPS"])
+def test_tracks_and_markers_of_the_artist_stay_whatever_they_are_called(settings, output):
+    rig, scene = character(), bpy.context.scene
+    animation = rig.animation_data_create()
+    mine = next(action for action in bpy.data.actions if WALK_PROPERTY not in action)
+    track = animation.nla_tracks.new()
+    track.name, track.mute = "Wayfarer Walk", True
+    track.strips.new("hero", 1, mine)
+    scene.timeline_markers.new("Walk: hero enters", frame=7)
+    settings.use_markers = True
+    walked(settings, output=output)
+    n_markers = len(scene.timeline_markers)
+    assert n_markers == len(scene_results().walk) + 1
+    moved = next(marker for marker in scene.timeline_markers if marker.name != "Walk: hero enters")
+    moved.frame += 1000
+    walked(settings, seed=3, use_markers=False)
+    # What was moved is the artist's now.
+    left = sorted((marker.name, marker.frame) for marker in scene.timeline_markers)
+    assert left == sorted([("Walk: hero enters", 7), (moved.name, moved.frame)])
+    names = [(t.name, [strip.action.name for strip in t.strips]) for t in animation.nla_tracks]
+    assert ("Wayfarer Walk", [mine.name]) in names
+    assert len([name for name, _ in names if name.startswith("Wayfarer Walk")]) == 1 + (output == "STRIPS")
+
+
+def test_strips_that_the_artist_lays_into_our_track_stay(settings):
+    rig = character()
+    walked(settings, output="STRIPS")
+    track = rig.animation_data.nla_tracks[-1]
+    mine = next(action for action in bpy.data.actions if WALK_PROPERTY not in action)
+    track.strips.new("mine", 5000, mine)
+    walked(settings, output="ACTION")
+    assert [[strip.name for strip in t.strips] for t in rig.animation_data.nla_tracks if not t.mute] == [["mine"]]
+
+
+def test_a_walk_onto_a_linked_character_is_refused_with_the_remedy(settings, embedded_file, tmp_path):
+    library = shutil.copy(embedded_file, str(tmp_path / "library.blend"))
+    scene = bpy.context.scene
+    with bpy.data.libraries.load(library, link=True) as (_, here):
+        here.objects = [character().name]
+    linked = here.objects[0]
+    scene.collection.objects.link(linked)
+    scene.wayfarer.character = linked
+    operators.refresh_clips()
+    assert operators.build_motion_graph() == operators.embed() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match=r"linked from another file.*Library Override"):
+        operators.random_walk()
+    assert walked(settings, output="COPY") is not None
+    walked_copies = [obj for obj in bpy.data.collections[COPY_COLLECTION].objects if obj.type == "ARMATURE"]
+    assert len(walked_copies) == 1 and walked_copies[0].library is None
