@@ -193,8 +193,18 @@ def crowd_steps(
     last_frame = int(np.ceil(duration * embedding.graph.frame_rate - 1e-6))
     planner = _Planner(reader, len(starts), last_frame, rng, settings)
 
-    unserved = list(_crowded_starts(planner, starts))
-    waiting = [walker for walker in range(len(starts)) if walker not in {u.walker for u in unserved}]
+    unserved, waiting = [], []
+    for walker, node in enumerate(starts):
+        met = planner.met(node)
+        if met.any():
+            other = int(np.argmax(met))
+            reason = f"Walker {walker + 1} would start in the same place as walker {other + 1}."
+            unserved.append(Unserved(walker, reason))
+        else:
+            planner.reservation.reserve(walker, planner.place(node)[None])
+            waiting.append(walker)
+    for walker in waiting:
+        planner.reservation.release(walker)
     walks: dict[int, Walk] = {}
     repairs = Counter()
     while waiting:
@@ -215,22 +225,6 @@ def crowd_steps(
     walkers = tuple(sorted(walks))
     unserved.sort(key=lambda u: u.walker)
     return Crowd(embedding, walkers, tuple(walks[w] for w in walkers), tuple(unserved), last_frame + 1)
-
-
-def _crowded_starts(planner: "_Planner", starts: Sequence[Node]) -> Generator[Unserved, None, None]:
-    """Yield those who would start too close to one who was named before them. Leaves nothing reserved."""
-    standing = []
-    for walker, node in enumerate(starts):
-        place = planner.place(node)
-        conflict = planner.reservation.conflicts(0, place, place[None, None], 0.0)[0]
-        if conflict.any():
-            other = int(np.argmax(conflict))
-            yield Unserved(walker, f"Walker {walker + 1} would start in the same place as walker {other + 1}.")
-        else:
-            planner.reservation.reserve(walker, place[None])
-            standing.append(walker)
-    for walker in standing:
-        planner.reservation.release(walker)
 
 
 @dataclass(frozen=True)
@@ -260,11 +254,15 @@ class _Planner:
         """World x, y in metres."""
         return self._grid.positions(np.array(node[:2]))
 
+    def met(self, start: Node) -> np.ndarray:
+        """Test which walkers are too close to a place at the start."""
+        place = self.place(start)
+        return self.reservation.conflicts(0, place, place[None, None], 0.0)[0]
+
     def plan_steps(self, walker: int, start: Node, done: float) -> Generator[Progress, None, _Plan]:
         """Find a walk that meets nobody, and reserve it; ``done`` is the share of the crowd that has its walk."""
         in_the_way = Counter()
-        place = self.place(start)
-        met = self.reservation.conflicts(0, place, place[None, None], 0.0)[0]
+        met = self.met(start)
         if met.any():
             in_the_way.update(np.flatnonzero(met).tolist())
             return _Plan(None, f"Walker {walker + 1} has no room to start.", in_the_way)
@@ -285,7 +283,7 @@ class _Planner:
                     continue
                 n_tried += 1
                 if n_tried > self._settings.patience:
-                    return _Plan(None, self._given_up(walker, latest), in_the_way)
+                    return _Plan(None, self._no_way(walker, latest, given_up=True), in_the_way)
                 memory.pass_by(trail.node)
                 ahead.append(self._choices(trail, memory, in_the_way))
             else:
@@ -293,7 +291,7 @@ class _Planner:
                 dead.add(self._key(trail))
                 ahead.pop()
                 if not ahead:
-                    return _Plan(None, self._shut_in(walker, latest), in_the_way)
+                    return _Plan(None, self._no_way(walker, latest, given_up=False), in_the_way)
                 memory.forget(trail.node)
                 trail.back()
         walk = trail.walk()
@@ -301,7 +299,7 @@ class _Planner:
         return _Plan(walk, "", in_the_way)
 
     def _choices(self, trail: Trail, memory: Memory, in_the_way: Counter) -> list[int]:
-        """The links on which nobody is met, in random order by their weights, the first to try last."""
+        """Return the links on which nobody is met, in random order by their weights, the first to try last."""
         if trail.frames >= self._last_frame:
             return []
         crossing = memory.crossing(trail.node)
@@ -322,17 +320,15 @@ class _Planner:
         nx, ny, _ = self._grid.shape
         return x % nx, y % ny, heading, self._merge_of[segment], trail.frames
 
-    def _shut_in(self, walker: int, latest: int) -> str:
+    def _no_way(self, walker: int, latest: int, given_up: bool) -> str:
+        """Say why a walker finds no way, if the longest that was tried ends at frame ``latest``."""
+        at = wording.time(latest / self._frame_rate)
+        if given_up:
+            return (
+                f"Walker {walker + 1} found no way in {wording.number(self._settings.patience)} tries; the farthest "
+                f"of them lasted {at}. Use fewer Walkers, a smaller Spacing or another Seed."
+            )
+        meets = f"every way meets another walker, at the latest {at} or one step later"
         if latest == 0:
             meets = "every first step meets another walker"
-        else:
-            at = wording.time(latest / self._frame_rate)
-            meets = f"every way meets another walker, at the latest {at} or one step later"
         return f"Walker {walker + 1} is shut in: {meets}. Use fewer Walkers, a smaller Spacing or another Seed."
-
-    def _given_up(self, walker: int, latest: int) -> str:
-        return (
-            f"Walker {walker + 1} found no way in {wording.number(self._settings.patience)} tries; the farthest of "
-            f"them lasted {wording.time(latest / self._frame_rate)}. Use fewer Walkers, a smaller Spacing or another "
-            "Seed."
-        )

@@ -8,7 +8,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.network import Nodes
 from ..errors import EvaluationError, WalkError
 from ..evaluation.goals import facing, goal_at
-from ..evaluation.why_not import Reason, why_not_steps
+from ..evaluation.why_not import Reason, floor_reasons, why_not_steps
 from ..progress import finish
 
 _BECAUSE = {
@@ -51,12 +51,9 @@ def reason_at(embedding: Embedding, position: Sequence[float]) -> Reason | None:
     grid = embedding.environment.grid
     if not np.isfinite(position).all():
         return None
-    x, y = grid.cells(np.asarray(position, dtype=float)[:2])
+    cell = grid.cells(np.asarray(position, dtype=float)[:2])
     if grid.tiled:
-        x, y = x % grid.shape[0], y % grid.shape[1]
-    elif not (0 <= x < grid.shape[0] and 0 <= y < grid.shape[1]):
+        cell = cell % grid.shape[:2]
+    elif np.any(cell < 0) or np.any(cell >= grid.shape[:2]):
         return None
-    reasons = finish(why_not_steps(embedding))[x, y]
-    if (reasons == Reason.EMBEDDED).any():
-        return Reason.EMBEDDED
-    return Reason(int(np.bincount(reasons).argmax()))
+    return Reason(int(floor_reasons(finish(why_not_steps(embedding)))[tuple(cell)]))

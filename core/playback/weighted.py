@@ -28,9 +28,8 @@ class Crossing:
         The links that lead on.
     ends : (L, 4) int array
         The nodes that they lead to; x and y go on beyond a tiled ground.
-    visits : (X, Y) int array
-        How often the walker passed each square of ``square`` x ``square`` cells.
-    square : int
+    visits : (L,) int array
+        Times that the walker has passed the squares in which the links end.
     """
 
     reader: LinkReader
@@ -38,7 +37,6 @@ class Crossing:
     stencils: np.ndarray
     ends: np.ndarray
     visits: np.ndarray
-    square: int
 
 
 Weighting = Callable[[Crossing], np.ndarray]
@@ -89,8 +87,7 @@ class Evenly:
     power: float = 4.0
 
     def __call__(self, crossing: Crossing) -> np.ndarray:
-        x, y = (crossing.reader.wrapped(crossing.ends)[:, :2] // crossing.square).T
-        return (1.0 + crossing.visits[x, y]) ** -self.power
+        return (1.0 + crossing.visits) ** -self.power
 
 
 @dataclass(frozen=True)
@@ -131,10 +128,11 @@ class Memory:
         self._visits = np.zeros([-(-n // self._square) for n in grid.shape[:2]], dtype=int)
 
     def crossing(self, node: Node) -> Crossing:
-        """All links from ``node``."""
+        """Find all links from ``node``."""
         stencils = self._reader.stencils_from(node)
         ends = self._reader.ends(np.array(node), stencils)
-        return Crossing(self._reader, node, stencils, ends, self._visits, self._square)
+        x, y = (self._reader.wrapped(ends)[:, :2] // self._square).T
+        return Crossing(self._reader, node, stencils, ends, self._visits[x, y])
 
     def pass_by(self, node: Node) -> None:
         """Remember that the walker has come to ``node``."""
