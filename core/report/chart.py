@@ -14,6 +14,12 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 20, 44, 50
 _LINE = 18
 """Pixels from one line of text to the next."""
 
+#: Width of charts that stand alone (pixels).
+WIDE = 640
+
+_BARS = 40
+"""Bars of a chart at the most, where a table beside it has all."""
+
 
 @dataclass(frozen=True)
 class Series:
@@ -107,6 +113,11 @@ def bar_chart(title: str, unit: str, names: Sequence[str], values: Sequence[floa
         marks.append(Box(left, y, max((right - left) * value / highest, 0.0), step - 6, SERIES[0]))
         marks.append(Label(left + (right - left) * value / highest + 6, y + 12, wording.short(value), 11, QUIET))
     return Drawing(width, _TOP + len(names) * step + 12, tuple(marks))
+
+
+def bars(title: str, unit: str, names: Sequence[str], values: Sequence[float]) -> Drawing:
+    """Draw a wide :func:`bar_chart` of the first rows of a table."""
+    return bar_chart(title, unit, names[:_BARS], values[:_BARS], WIDE)
 
 
 @dataclass(frozen=True)

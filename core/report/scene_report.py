@@ -1,102 +1,21 @@
 """The report of a scene: what can the character reach, what is weak, what matters, what is missing, on one page."""
 
 import json
-from collections.abc import Generator
+from collections.abc import Collection, Generator
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
-
-import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError, MotionGraphError
-from ..progress import Progress, finish, portion
+from ..progress import Progress, portion
 from .drawing import svg
+from .finding import Contribution, Questions, Topic
 from .floor_chart import picture_of
 from .page import Paragraph, Section, html_page
 from .png import png_bytes
-from .sections.capture import capture_section_steps
-from .sections.contribution import Contribution, Goal, Questions, SectionSteps
-from .sections.importance import importance_section_steps, links_section_steps, pruning_section_steps
-from .sections.metrics import metrics_section_steps
-from .sections.reach import reach_steps
-from .sections.times import occupancy_section_steps, times_section_steps
-from .sections.weakness import detours_section_steps, turns_section_steps, weak_spots_section_steps
 from .table import plain
-
-__all__ = ["Goal", "ReportOptions", "SceneReport", "Topic", "examine_scene_steps", "scene_report", "write_report"]
-
-
-class Topic(Enum):
-    """What a report can be about, in the order in which it says it."""
-
-    REACH = "Reach"
-    WEAK_SPOTS = "Weak Spots"
-    CAPTURE = "What Is Missing"
-    IMPORTANCE = "What Matters"
-    TIMES = "Time to Reach"
-    DETOURS = "Long Way Around"
-    TURNS = "Turn Balance"
-    OCCUPANCY = "Occupancy"
-    METRICS = "Metrics"
-    PRUNING = "Pruning"
-    LINKS = "Links"
-
-
-_STEPS: dict[Topic, tuple[SectionSteps, float]] = {
-    Topic.REACH: (reach_steps, 1),
-    Topic.WEAK_SPOTS: (weak_spots_section_steps, 1),
-    Topic.DETOURS: (detours_section_steps, 30),
-    Topic.TURNS: (turns_section_steps, 1),
-    Topic.IMPORTANCE: (importance_section_steps, 15),
-    Topic.LINKS: (links_section_steps, 1),
-    Topic.PRUNING: (pruning_section_steps, 10),
-    Topic.CAPTURE: (capture_section_steps, 15),
-    Topic.TIMES: (times_section_steps, 1),
-    Topic.OCCUPANCY: (occupancy_section_steps, 12),
-    Topic.METRICS: (metrics_section_steps, 12),
-}
-"""For each topic its work, and about how long that takes compared to the others."""
-
-
-@dataclass(frozen=True)
-class ReportOptions:
-    """What a report is to say.
-
-    Attributes
-    ----------
-    title : str
-        Mostly the name of the scene.
-    topics : frozenset of Topic
-        Times to reach are left out if there is no goal.
-    thorough : bool
-        Look at single segments, at every motion that might be captured, and at many places; otherwise at fewer.
-    goal : Goal, optional
-    obstacles : (4 nx, 4 ny) bool array, optional
-        Samples on which something stands; without it maps show only what is too near an obstacle.
-    seed, n_pairs : int
-        Of the pairs of places that are drawn for path efficiency.
-    allowed_loss : float
-        Share of the covered floor that deleting clips together may cost.
-    """
-
-    title: str = "Scene"
-    topics: frozenset[Topic] = frozenset(Topic)
-    thorough: bool = True
-    goal: Goal | None = None
-    obstacles: np.ndarray | None = None
-    seed: int = 0
-    n_pairs: int = 100
-    allowed_loss: float = 0.01
-
-    def __post_init__(self):
-        if not self.topics:
-            raise EvaluationError("A report about nothing was asked for; choose at least one topic.")
-
-
-#: The topics that take a moment only, at any size of scene.
-QUICK_TOPICS = frozenset({Topic.REACH, Topic.WEAK_SPOTS, Topic.TURNS, Topic.LINKS, Topic.TIMES})
+from .topics import REACH, SECTIONS
 
 
 @dataclass(frozen=True)
@@ -121,39 +40,50 @@ class SceneReport:
     def numbers(self) -> dict:
         """Plain values by topic, for JSON; tables as records."""
         return {
-            topic.name.lower(): _plain(part.numbers) | {name: found.records() for name, found in part.tables.items()}
+            topic.section: _plain(part.numbers) | {name: found.records() for name, found in part.tables.items()}
             for topic, part in self.contributions.items()
         }
 
 
-def scene_report(embedding: Embedding, options: ReportOptions | None = None) -> str:
-    """The report of a scene as a page of HTML; :func:`examine_scene_steps` gives its parts."""
-    return finish(examine_scene_steps(embedding, options)).html()
-
-
 def examine_scene_steps(
-    embedding: Embedding, options: ReportOptions | None = None
+    embedding: Embedding,
+    questions: Questions | None = None,
+    title: str = "Scene",
+    topics: Collection[Topic] = SECTIONS,
 ) -> Generator[Progress, None, SceneReport]:
     """Find out all that a report is to say; yields progress, returns a :class:`SceneReport`.
 
-    Where a question has no answer - an embedding that is empty, nothing that travels - its section says why.
+    Where a question has no answer - an embedding that is empty, nothing that travels - its section says why. Times are
+    left out if there is no goal.
+
+    Raises EvaluationError if there are no topics.
     """
-    options = options or ReportOptions()
-    topics = [topic for topic in Topic if topic in options.topics and (options.goal or topic is not Topic.TIMES)]
-    questions = Questions(
-        options.thorough, options.goal, options.obstacles, options.seed, options.n_pairs, options.allowed_loss
-    )
-    total = sum(_STEPS[topic][1] for topic in topics)
+    questions = questions or Questions()
+    if not topics:
+        raise EvaluationError("A report about nothing was asked for; choose at least one topic.")
+    asked = [topic for topic in SECTIONS if topic in topics and (questions.goal or topic is not REACH)]
+    total = sum(topic.effort for topic in asked)
     found: dict[Topic, Contribution] = {}
     done = 0.0
-    for topic in topics:
-        steps, effort = _STEPS[topic]
+    for topic in asked:
         try:
-            found[topic] = yield from portion(steps(embedding, questions), done / total, (done + effort) / total)
+            steps = portion(
+                _contribution_steps(topic, embedding, questions), done / total, (done + topic.effort) / total
+            )
+            found[topic] = yield from steps
         except MotionGraphError as error:
-            found[topic] = Contribution(Section(topic.value, (Paragraph(str(error)),)), {"problem": str(error)})
-        done += effort
-    return SceneReport(options.title, _lead(embedding), found)
+            found[topic] = Contribution(Section(topic.title, (Paragraph(str(error)),)), {"problem": str(error)})
+        done += topic.effort
+    return SceneReport(title, _lead(embedding), found)
+
+
+def _contribution_steps(
+    topic: Topic, embedding: Embedding, questions: Questions
+) -> Generator[Progress, None, Contribution]:
+    assert topic.find is not None, topic.name
+    finding = yield from topic.find(embedding, questions)
+    assert finding.contribute is not None, topic.name
+    return finding.contribute()
 
 
 def report_files(report: SceneReport) -> dict[str, bytes]:

@@ -26,6 +26,22 @@ class Table:
             if len(row) != len(self.columns):
                 raise ValueError(f"a row of {len(row)} cells in a table of {len(self.columns)} columns")
 
+    def first(self, n: int) -> "Table":
+        """Return a table of the first ``n`` rows."""
+        return Table(self.columns, self.rows[:n])
+
+    def texts(self, column: int) -> list[str]:
+        """Return the cells of a column as texts."""
+        return [str(row[column]) for row in self.rows]
+
+    def values(self, column: int) -> list[float]:
+        """Return the cells of a column of numbers; not a number where there is no value.
+
+        >>> table(("clip", "wait (s)"), [("walk", 2), ("turn", None)]).values(1)
+        [2.0, nan]
+        """
+        return np.array([row[column] for row in self.rows], dtype=float).tolist()
+
     def csv(self) -> str:
         """Comma-separated values, the names of the columns first."""
         text = io.StringIO()
@@ -102,6 +118,10 @@ def _words(number: int | float, unit: str) -> str:
         # Costs, variabilities, coordinates of whatever size: four digits, and never an exponent.
         text = "0" if abs(number) < 1e-4 else wording.exact(number, 4)
     return f"{text} {_UNITS.sub(_raised, unit)}".rstrip() if said else text
+
+
+#: Nothing in rows.
+EMPTY = Table((), ())
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> Table:

@@ -1,11 +1,11 @@
-"""Numbers that maps and counts tell: also of grounds in parcels."""
+"""Quantities read off maps and counts: also of grounds in parcels."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from .quantity import Quantity
+from ..report.quantity import Quantity
 from .subject import Subject
 
 
@@ -31,23 +31,23 @@ def _of_ways(reduce: Callable[[np.ndarray], Any]) -> Callable[[Subject], float]:
 
 
 GROUND_QUANTITIES: dict[str, Quantity] = {
-    "nodes": Quantity("nodes of the embedding", of_ground=lambda s: s.n_nodes),
-    "links": Quantity("links of the embedding", of_ground=lambda s: s.n_links),
-    "segments": Quantity("segments of the motion graph", of_ground=lambda s: len(s.graph.segments)),
-    "transitions": Quantity("links of the motion graph", of_ground=lambda s: len(s.graph.links)),
-    "motion": Quantity("motion in the graph", "s", of_ground=lambda s: sum(g.duration for g in s.graph.segments)),
-    "coverage": Quantity("share of the free floor", of_ground=lambda s: _share(s, s.covered)),
-    "covered_area": Quantity("floor that can be passed", "m2", of_ground=lambda s: _area(s, s.covered)),
-    "free_area": Quantity("free floor", "m2", of_ground=lambda s: _area(s, s.free)),
-    "heading_coverage": Quantity("share of positions x headings over free floor", of_ground=_task_share),
-    "places": Quantity("positions x headings that can be passed", of_ground=lambda s: int(s.headings.sum())),
+    "nodes": Quantity("nodes of the embedding", lambda s: s.n_nodes),
+    "links": Quantity("links of the embedding", lambda s: s.n_links),
+    "segments": Quantity("segments of the motion graph", lambda s: len(s.graph.segments)),
+    "transitions": Quantity("links of the motion graph", lambda s: len(s.graph.links)),
+    "motion": Quantity("motion in the graph", lambda s: sum(g.duration for g in s.graph.segments), "s"),
+    "coverage": Quantity("share of the free floor", lambda s: _share(s, s.covered)),
+    "covered_area": Quantity("floor that can be passed", lambda s: _area(s, s.covered), "m2"),
+    "free_area": Quantity("free floor", lambda s: _area(s, s.free), "m2"),
+    "heading_coverage": Quantity("share of positions x headings over free floor", _task_share),
+    "places": Quantity("positions x headings that can be passed", lambda s: int(s.headings.sum())),
     "full_area": Quantity(
         "floor that can be passed in every heading",
+        lambda s: _area(s, s.free & (s.headings == s.n_headings)),
         "m2",
-        of_ground=lambda s: _area(s, s.free & (s.headings == s.n_headings)),
     ),
-    "variability": Quantity("ways through a cell, mean over those passed", of_ground=_of_ways(np.mean)),
-    "median_variability": Quantity("ways through a cell, median", of_ground=_of_ways(np.median)),
-    "highest_variability": Quantity("ways through the best cell", of_ground=_of_ways(np.max)),
-    "total_variability": Quantity("ways through all cells", of_ground=_of_ways(np.sum)),
+    "variability": Quantity("ways through a cell, mean over those passed", _of_ways(np.mean)),
+    "median_variability": Quantity("ways through a cell, median", _of_ways(np.median)),
+    "highest_variability": Quantity("ways through the best cell", _of_ways(np.max)),
+    "total_variability": Quantity("ways through all cells", _of_ways(np.sum)),
 }

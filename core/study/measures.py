@@ -1,15 +1,17 @@
-"""What a study can measure, by name: every quantity of :mod:`core.evaluation` that is one number."""
+"""Measures of a study: every quantity of :mod:`core.evaluation` that is one number, by name."""
 
 from dataclasses import dataclass, field
 
 from ..errors import EvaluationError, StudyError
-from .embedding_quantities import EMBEDDING_QUANTITIES
+from ..report.quantity import Options, Quantity
+from ..report.topics import TOPICS
 from .ground_quantities import GROUND_QUANTITIES
-from .quantity import Options, Quantity
 from .subject import Subject, WholeGround
-from .way_quantities import WAY_QUANTITIES
 
-QUANTITIES: dict[str, Quantity] = {**GROUND_QUANTITIES, **WAY_QUANTITIES, **EMBEDDING_QUANTITIES}
+QUANTITIES: dict[str, Quantity] = {
+    **GROUND_QUANTITIES,
+    **{name: quantity for topic in TOPICS for name, quantity in topic.quantities.items()},
+}
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,15 @@ class Measure:
 
 
 def measured(measure: Measure, subject: Subject) -> float:
-    """The number; EvaluationError and others of our own if the question has no answer."""
+    """Return the number; EvaluationError and others of our own if the question has no answer."""
     quantity = QUANTITIES[measure.quantity]
-    if quantity.of_ground is not None:
-        return quantity.of_ground(subject)
-    if quantity.of_embedding is None or not isinstance(subject, WholeGround):
+    if quantity.find is None:
+        return quantity.number(subject)
+    if not isinstance(subject, WholeGround):
         raise EvaluationError("cannot be measured on a ground in parcels; leave parcel_size out, or the measure.")
-    return quantity.of_embedding(subject, measure.options)
+    own = {name: value for name, value in measure.options.items() if name in quantity.own}
+    shared = {name: value for name, value in measure.options.items() if name not in quantity.own}
+    return quantity.number(subject.once(quantity.find, shared), **own)
 
 
 def checked_measure(entry: object) -> Measure:

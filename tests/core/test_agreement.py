@@ -20,7 +20,7 @@ from core.evaluation.variability import coverage_share
 from core.evaluation.weak_spots import WeakSpotSettings, weak_spots_steps
 from core.evaluation.why_not import Reason, why_not_steps
 from core.progress import finish
-from core.report.finding_tables import actions_table, metrics_table
+from core.report.topics.metrics import actions_table, metrics_table
 from core.tuning.pruning_curve import pruning_curve_steps
 
 from .motion_graphs import sample_graph

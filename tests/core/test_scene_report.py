@@ -27,15 +27,20 @@ from core.motion.repertoire import sample_repertoire
 from core.progress import finish
 from core.report.chart import Trace, map_chart
 from core.report.drawing import Line, Picture
+from core.report.finding import Goal, Questions
 from core.report.floor_chart import FloorScene, amount_chart, band_chart, floor_pixels, picture_of
-from core.report.scene_report import (
-    QUICK_TOPICS,
-    Goal,
-    ReportOptions,
-    Topic,
-    examine_scene_steps,
-    scene_report,
-    write_report,
+from core.report.scene_report import examine_scene_steps, write_report
+from core.report.topics import (
+    CAPTURE,
+    COVERAGE,
+    DETOURS,
+    LINKS,
+    METRICS,
+    OCCUPANCY,
+    REACH,
+    SECTIONS,
+    TURNS,
+    WEAK_SPOTS,
 )
 from core.tuning.pruning_curve import pruning_curve_steps
 
@@ -60,9 +65,8 @@ def walked():
 def report(walked):
     """About everything but what takes long."""
     goal = Goal("the corner", goal_at(walked, (4.0, 1.0), 0.5))
-    topics = frozenset(Topic) - {Topic.DETOURS, Topic.OCCUPANCY, Topic.CAPTURE, Topic.METRICS}
-    options = ReportOptions("Hall <1>", topics, thorough=False, goal=goal)
-    return finish(examine_scene_steps(walked, options))
+    topics = frozenset(SECTIONS) - {DETOURS, OCCUPANCY, CAPTURE, METRICS}
+    return finish(examine_scene_steps(walked, Questions(thorough=False, goal=goal), "Hall <1>", topics))
 
 
 def test_numbers_are_those_of_the_evaluations(walked, report):
@@ -83,20 +87,21 @@ def test_numbers_are_those_of_the_evaluations(walked, report):
 
 
 def test_topics_are_in_order_and_can_be_skipped(walked, report):
-    assert list(report.contributions) == [topic for topic in Topic if topic in report.contributions]
-    assert Topic.DETOURS not in report.contributions and Topic.TIMES in report.contributions
-    page = scene_report(walked, ReportOptions(topics=frozenset({Topic.TURNS, Topic.TIMES})))
+    assert list(report.contributions) == [topic for topic in SECTIONS if topic in report.contributions]
+    assert DETOURS not in report.contributions and REACH in report.contributions
+    page = finish(examine_scene_steps(walked, topics={TURNS, REACH})).html()
     assert "Does it turn both ways?" in page and "What can it reach?" not in page
     # Without a goal there is nothing to say about times.
     assert "How soon" not in page
     with pytest.raises(EvaluationError, match="at least one topic"):
-        ReportOptions(topics=frozenset())
+        finish(examine_scene_steps(walked, topics=()))
 
 
 def test_progress_never_goes_back(walked):
     fractions = []
-    options = ReportOptions(topics=QUICK_TOPICS, thorough=False)
-    finish(examine_scene_steps(walked, options), lambda progress: fractions.append(progress.fraction))
+    quick = {COVERAGE, WEAK_SPOTS, TURNS, LINKS, REACH}
+    steps = examine_scene_steps(walked, Questions(thorough=False), topics=quick)
+    finish(steps, lambda progress: fractions.append(progress.fraction))
     assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1
 
 
@@ -108,7 +113,7 @@ def test_files_hold_what_the_report_says(tmp_path, report):
     page = (tmp_path / "new" / "report.html").read_text()
     assert "Hall &lt;1&gt;" in page and "<script" not in page and "http:" not in page.replace("http://www.w3.org", "")
     read = json.loads((tmp_path / "new" / "report.json").read_text())
-    assert read["reach"]["nodes"] == report.contributions[Topic.REACH].numbers["nodes"]
+    assert read["reach"]["nodes"] == report.contributions[COVERAGE].numbers["nodes"]
     for part in report.contributions.values():
         for name, found in part.tables.items():
             rows = list(csv.reader(io.StringIO((tmp_path / "new" / f"{name}.csv").read_text())))
@@ -139,7 +144,7 @@ def test_pictures_show_obstacles_rules_and_what_is_out_of_reach(walked):
 
 def test_a_map_as_png_is_the_map(walked, tmp_path, report):
     write_report(tmp_path, report)
-    chart = report.contributions[Topic.REACH].maps["variability"]
+    chart = report.contributions[COVERAGE].maps["variability"]
     floor = max((m.pixels for m in chart.marks if isinstance(m, Picture)), key=lambda p: p.size)
     read = np.round(255 * image.imread(tmp_path / "variability.png")).astype(np.uint8)
     assert np.array_equal(read, picture_of(chart)) and np.array_equal(read[1::3, 1::3], floor)
@@ -184,8 +189,8 @@ def test_walks_across_a_tiled_floor_come_back_on_the_other_side():
 def test_any_small_scene_has_a_report(seed, tiled, tmp_path):
     graph, environment = random_problem(seed, tiled)
     embedding = embed(graph, environment)
-    report = finish(examine_scene_steps(embedding, ReportOptions(thorough=False)))
-    assert set(report.contributions) == set(Topic) - {Topic.TIMES}
+    report = finish(examine_scene_steps(embedding, Questions(thorough=False)))
+    assert set(report.contributions) == set(SECTIONS) - {REACH}
     assert report.numbers()["reach"]["nodes"] == embedding.n_nodes
     write_report(tmp_path, report)
     assert json.loads((tmp_path / "report.json").read_text())["title"] == "Scene"
@@ -193,6 +198,6 @@ def test_any_small_scene_has_a_report(seed, tiled, tmp_path):
 
 def test_an_empty_embedding_is_said_to_be_empty(walked):
     blocked = replace(walked.environment, blocked=np.ones_like(walked.environment.blocked))
-    report = finish(examine_scene_steps(embed(walked.graph, blocked), ReportOptions(thorough=False)))
+    report = finish(examine_scene_steps(embed(walked.graph, blocked), Questions(thorough=False)))
     assert report.numbers()["reach"]["covered_m2"] == 0
     assert "empty" in report.numbers()["occupancy"]["problem"]

@@ -1,41 +1,49 @@
-"""What a kind of number is: how it is found, and what may be asked for besides."""
+"""Quantities: numbers that studies can measure, how each is found, and the options that it has."""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..embedding.embedding import Embedding
 from ..evaluation.segment_groups import Grouping
-from .subject import Subject, WholeGround
 
 Options = Mapping[str, Any]
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a finite number; TOML knows nan and inf, too."""
+    """Test for a finite number; TOML knows nan and inf, too."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 @dataclass(frozen=True)
 class Option:
-    """What may be asked for besides: a name's values.
+    """Values that an option may have.
 
     Attributes
     ----------
     meaning : str
         Ends the sentence "it is ...".
     fits : callable
-        Whether a value can be understood.
+        Tests a value.
     """
 
     meaning: str
     fits: Callable[[Any], bool]
 
 
+def one_of(values: list[str]) -> Option:
+    """Build an option with a few names to choose from.
+
+    >>> one_of(["floor", "headings"]).meaning
+    "'floor' or 'headings'"
+    """
+    said = " or ".join(map(repr, values)) if len(values) < 4 else f"one of {', '.join(values)}"
+    return Option(said, lambda value: value in values)
+
+
 TEXT = Option("a name", lambda value: isinstance(value, str))
-KIND = Option(
-    " or ".join(repr(kind.value) for kind in Grouping), lambda value: value in [kind.value for kind in Grouping]
-)
+KIND = one_of([kind.value for kind in Grouping])
 AMOUNT = Option("a number, 0 or more", lambda value: is_number(value) and value >= 0)
 SHARE = Option("a number from 0 to 1", lambda value: is_number(value) and 0 <= value <= 1)
 ANGLE = Option("an angle in radians", is_number)
@@ -50,37 +58,41 @@ POSITION = Option(
 
 @dataclass(frozen=True)
 class Quantity:
-    """A kind of number.
+    """A number of an embedding.
 
     Attributes
     ----------
     meaning : str
+    number : callable
+        Reads the number off what was found, with the options in ``own`` as keywords.
     unit : str
         As it stands behind a column's name; empty for counts and shares.
-    of_ground : callable, optional
-        Subject -> number, for what maps and counts tell: also on grounds in parcels.
-    of_embedding : callable, optional
-        (WholeGround, options) -> number, for everything else.
+    find : callable, optional
+        ``(embedding, options)``, what the number is read off; quantities with the same ``find`` and the same options
+        share it. None for what maps and counts tell, also of grounds in parcels: the number is then read off a
+        :class:`core.study.subject.Subject`.
     options : mapping of str to Option
-        What may be asked for besides.
+    own : tuple of str
+        Options that ``number`` takes instead of ``find``.
     one_of : tuple of str
         Options of which exactly one must be given.
     at_most_one : tuple of str
         Options of which no two may be given.
     details : mapping of str to str
-        Options that say nothing without another one, and that one.
+        Options that mean nothing without another one, and that one.
     """
 
     meaning: str
+    number: Callable[..., float]
     unit: str = ""
-    of_ground: Callable[[Subject], float] | None = None
-    of_embedding: Callable[[WholeGround, Options], float] | None = None
+    find: Callable[[Embedding, Options], Any] | None = None
     options: Mapping[str, Option] = field(default_factory=dict)
+    own: tuple[str, ...] = ()
     one_of: tuple[str, ...] = ()
     at_most_one: tuple[str, ...] = ()
     details: Mapping[str, str] = field(default_factory=dict)
 
 
-def of_whole(meaning: str, of_embedding: Callable[[WholeGround, Options], float], unit: str = "", **more) -> Quantity:
-    """A quantity that only a whole embedding tells."""
-    return Quantity(meaning, unit, of_embedding=of_embedding, **more)
+def chosen_kind(options: Options) -> Grouping:
+    """Return the kind of actions that the options name, clips by default."""
+    return Grouping(options.get("kind", Grouping.CLIP.value))
