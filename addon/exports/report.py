@@ -1,12 +1,20 @@
-"""The report of a scene: what is asked, and put into words for its reader."""
+"""Pages for the browser: the report of a scene, a single finding, contacts."""
 
 import contextlib
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
 
 from ...core.errors import EvaluationError
 from ...core.evaluation.query import query_nodes
 from ...core.progress import Progress
-from ...core.report.scene_report import Goal, ReportOptions, SceneReport, examine_scene_steps
+from ...core.report.finding import Goal, Topic
+from ...core.report.page import Bullets, Figure, Section, html_page
+from ...core.report.scene_report import SceneReport, examine_scene_steps
+from ...core.report.table import table
+from ..results.findings import chart_of, find_finding, numbers_of, table_of
 from ..results.state import embedding_of
 
 
@@ -18,13 +26,26 @@ def scene_report_steps(scene, thorough: bool) -> Generator[Progress, None, Scene
         goal = Goal(query.words, query_nodes(embedding, query))
     character = scene.wayfarer.character
     title = f"{character.name} in {scene.name}" if character is not None else scene.name
-    settings = scene.wayfarer.evaluation
-    options = ReportOptions(
-        title,
-        thorough=thorough,
-        goal=goal,
-        seed=settings.seed,
-        n_pairs=settings.n_pairs,
-        allowed_loss=settings.allowed_loss / 100,
+    questions = replace(
+        scene.wayfarer.evaluation.to_core(), thorough=thorough, goal=goal, weak_spots=None, n_candidates=None
     )
-    return (yield from examine_scene_steps(embedding, options))
+    return (yield from examine_scene_steps(embedding, questions, title))
+
+
+def open_finding(scene, topic: Topic) -> Path | None:
+    """Open a page with the finding on a topic: chart, sentences and all numbers; None if there is nothing to draw."""
+    chart, kept = chart_of(scene, topic), find_finding(scene, topic)
+    if chart is None:
+        return None
+    blocks = (Figure(chart), Bullets(tuple(kept.sentences.splitlines())), table_of(kept))
+    numbers = table(("number", "value"), numbers_of(kept))
+    return open_page(topic.title, scene.name, [Section(topic.title, (numbers, *blocks) if numbers.rows else blocks)])
+
+
+def open_page(title: str, lead: str, sections: Sequence[Section]) -> Path:
+    """Write a page to Blender's folder for temporary files, and show it in the browser if there is a window."""
+    path = Path(bpy.app.tempdir) / f"{bpy.path.clean_name(f'wayfarer {title}').lower()}.html"
+    path.write_text(html_page(title, lead, sections), encoding="utf-8")
+    if not bpy.app.background:
+        bpy.ops.wm.url_open(url=path.resolve().as_uri())
+    return path

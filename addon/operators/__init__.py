@@ -2,16 +2,11 @@
 
 import bpy
 
-from . import clips, embedding, environment, floor_map, import_files, motion_graph, samples
-from .ablate import WAYFARER_OT_ablate
-from .capture import WAYFARER_OT_direct_capture
+from . import clips, embedding, environment, find_out, floor_map, import_files, motion_graph, samples
 from .crowd import WAYFARER_OT_crowd, WAYFARER_OT_remove_crowd
 from .export_engine import WAYFARER_OT_export_engine
 from .export_results import WAYFARER_OT_export_results
-from .find_deletable import WAYFARER_OT_find_deletable
 from .jump_to_frame import WAYFARER_OT_jump_to_frame
-from .metrics import WAYFARER_OT_measure
-from .occupancy import WAYFARER_OT_find_occupancy
 from .pick_walks_from import WAYFARER_OT_pick_walks_from
 from .prune import WAYFARER_OT_prune
 from .random_walk import WAYFARER_OT_random_walk
@@ -19,10 +14,8 @@ from .reach import WAYFARER_OT_find_reach
 from .restore_embedding import WAYFARER_OT_restore_embedding
 from .show_chart import WAYFARER_OT_show_chart
 from .show_contacts import WAYFARER_OT_show_contacts
-from .sweep_pruning import WAYFARER_OT_sweep_pruning
 from .untick_clips import WAYFARER_OT_untick_clips
 from .walks_from import WAYFARER_OT_clear_walks_from, WAYFARER_OT_walks_from
-from .weak_spots import WAYFARER_OT_find_weak_spots
 from .write_report import WAYFARER_OT_write_report
 
 CLASSES = (
@@ -38,17 +31,11 @@ CLASSES = (
     WAYFARER_OT_jump_to_frame,
     WAYFARER_OT_crowd,
     WAYFARER_OT_remove_crowd,
-    WAYFARER_OT_measure,
-    WAYFARER_OT_find_weak_spots,
-    WAYFARER_OT_ablate,
-    WAYFARER_OT_find_deletable,
+    *find_out.CLASSES,
     WAYFARER_OT_untick_clips,
-    WAYFARER_OT_direct_capture,
-    WAYFARER_OT_find_occupancy,
     WAYFARER_OT_show_chart,
     WAYFARER_OT_prune,
     WAYFARER_OT_restore_embedding,
-    WAYFARER_OT_sweep_pruning,
     WAYFARER_OT_find_reach,
     WAYFARER_OT_walks_from,
     WAYFARER_OT_clear_walks_from,

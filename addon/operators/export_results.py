@@ -35,7 +35,7 @@ class WAYFARER_OT_export_results(bpy.types.Operator):
 
     def draw(self, context):
         settings = context.scene.wayfarer.evaluation
-        for name in ("use_json", "use_csv", "use_png"):
+        for name in ("use_json", "use_csv", "use_pictures"):
             cast(bpy.types.UILayout, self.layout).prop(settings, name)
 
     def execute(self, context):
@@ -45,7 +45,7 @@ class WAYFARER_OT_export_results(bpy.types.Operator):
             self.report({"ERROR"}, f"There is no folder '{self.directory}'; choose one that exists")
             return {"CANCELLED"}
         try:
-            files = export_results(context.scene, folder, settings.use_json, settings.use_csv, settings.use_png)
+            files = export_results(context.scene, folder, settings.use_json, settings.use_csv, settings.use_pictures)
         except MotionGraphError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

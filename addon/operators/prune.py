@@ -2,11 +2,11 @@
 
 import bpy
 
+from ...core.report.topics.pruning import pruning_finding
 from ...core.tuning.pruning import prune_steps
 from ..bridge.text import amount, area, counted, share_of
 from ..jobs import LongOperator
-from ..results.findings.finding import keep_finding
-from ..results.findings.pruning import pruning_finding
+from ..results.findings import keep_finding
 from ..results.pruned import keep_pruning
 from ..results.state import results, whole_of
 from .asks_embedding import AsksEmbedding

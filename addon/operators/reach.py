@@ -5,10 +5,10 @@ import bpy
 from ...core.evaluation.query import query_steps
 from ...core.maps import QUERY
 from ...core.maps.times import paint_query
+from ...core.report.topics.times import reach_finding
 from ..jobs import LongOperator
 from ..render.viewport import show_colors
-from ..results.findings.finding import keep_finding
-from ..results.findings.reach import reach_finding
+from ..results.findings import keep_finding
 from ..results.painting import paint_floor
 from ..results.state import embedding_of
 from .asks_embedding import AsksEmbedding

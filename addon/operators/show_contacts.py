@@ -1,27 +1,28 @@
 """Show when the feet of each clip are on the ground."""
 
+from dataclasses import astuple
+
 import bpy
 
 from ...core.motion.contacts import foot_contacts
 from ...core.progress import Progress, portion
+from ...core.report.contact_chart import ClipContacts, contact_chart
+from ...core.report.page import Figure, Section
+from ...core.report.table import Table, table
 from ..bridge.text import counted
+from ..exports.report import open_page
 from ..jobs import LongOperator
-from ..render.contact_strip import ClipContacts, contact_strip
-from ..render.image_editor import show_in_editor
-from ..render.raster import put_in_image
 from ..results.state import keep_contacts
 from ..scene.inputs import read_character_steps
 from .mixins import NeedsClips
-
-IMAGE_NAME = "Wayfarer Contacts"
 
 
 class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.show_contacts"
     bl_label = "Show Contacts"
     bl_description = (
-        "Draw when the left foot (blue) and the right foot (orange) of each ticked clip are planted, as an image in "
-        "the Image Editor"
+        "Draw when the left foot (blue) and the right foot (orange) of each ticked clip are planted, on a page in the "
+        "browser"
     )
 
     def steps(self, context):
@@ -38,10 +39,11 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
         found, seen = result
         for clip in found:
             keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
-        image = put_in_image(IMAGE_NAME, contact_strip(found))
-        shown = show_in_editor(context, image)
-        self.report(
-            {"INFO"},
-            f"Contacts of {counted(len(found), 'clip')} are in the image '{image.name}'"
-            + ("" if shown else "; open an Image Editor to see it"),
-        )
+        section = Section("When the left foot (blue) and the right foot (orange) are planted", _blocks(found))
+        page = open_page("Contacts", context.scene.name, [section])
+        self.report({"INFO"}, f"Contacts of {counted(len(found), 'clip')} are on the page '{page}'")
+
+
+def _blocks(found: list[ClipContacts]) -> tuple[Figure, Table]:
+    columns = ("clip", "share left planted", "share right planted", "share both", "share none")
+    return Figure(contact_chart(found)), table(columns, [(clip.name, *astuple(clip.shares)) for clip in found])

@@ -4,7 +4,7 @@ import bpy
 
 from ..bridge.text import counted
 from ..results.clip_choice import deletable_actions
-from ..results.findings.finding import DELETION, find_finding
+from ..results.findings import DELETION, find_finding
 
 
 class WAYFARER_OT_untick_clips(bpy.types.Operator):

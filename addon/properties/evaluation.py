@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...core.evaluation.segment_groups import Grouping
 from ...core.evaluation.weak_spots import Domain, WeakSpotSettings
+from ...core.report.finding import Questions
 from .enums import enum_items
 
 _WEAK = WeakSpotSettings()
@@ -85,11 +86,22 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
     )
     use_json: BoolProperty(name="JSON", description="Write one file with everything", default=True, options=set())
     use_csv: BoolProperty(name="CSV", description="Write a table for each finding", default=True, options=set())
-    use_png: BoolProperty(name="PNG", description="Write charts and the painted map", default=True, options=set())
+    use_pictures: BoolProperty(
+        name="Pictures",
+        description="Write charts (SVG) and the painted map (SVG and PNG)",
+        default=True,
+        options=set(),
+    )
 
-    def weak_spots(self) -> WeakSpotSettings:
-        """What counts as a weak spot."""
-        return WeakSpotSettings(Domain[self.domain], self.few_ways, self.min_area)
+    def to_core(self) -> Questions:
+        return Questions(
+            seed=self.seed,
+            n_pairs=self.n_pairs,
+            allowed_loss=self.allowed_loss / 100,
+            parts=Grouping[self.parts],
+            weak_spots=WeakSpotSettings(Domain[self.domain], self.few_ways, self.min_area),
+            n_candidates=self.n_candidates,
+        )
 
 
 CLASSES = (WayfarerEvaluationSettings,)

@@ -1,7 +1,7 @@
 """Which actions the clips of a finding come from."""
 
 from ...core.motion.mirror import MIRRORED
-from .findings.finding import DELETION, find_finding, table_of
+from .findings import DELETION, find_finding, table_of
 from .state import results
 
 

@@ -11,7 +11,7 @@ from ...core.evaluation.variability import coverage_share
 from ...core.tuning.pruning import Pruning
 from ..properties.floor_map import map_changed
 from ..session import SESSION, Listener, redraw
-from .findings.finding import mark_of
+from .findings import mark_of
 from .store import has_pending, results
 
 _REMEMBERED = 3

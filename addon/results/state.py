@@ -19,9 +19,9 @@ from ...core.motion.doctor import ClipHealth, ClipMotion
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_summary import summarize
 from ...core.playback.walk import Walk
+from ...core.report.contact_chart import ContactShares
 from ..bridge.clip_actions import character_problem
 from ..properties.graph_names import SOURCE
-from ..render.contact_strip import ContactShares
 from ..render.floor import find_floor
 from ..scene.inputs import (
     SceneShapes,

@@ -14,8 +14,8 @@ from ...core.motion.doctor import ClipHealth, ClipMotion
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_summary import GraphSummary
 from ...core.playback.walk import Walk
+from ...core.report.contact_chart import ContactShares
 from ...core.tuning.pruning import Pruning
-from ..render.contact_strip import ContactShares
 from ..session import SESSION
 
 _Result = TypeVar("_Result")

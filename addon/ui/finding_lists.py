@@ -4,25 +4,23 @@ from typing import Any
 
 import bpy
 
-from ..results.findings.finding import ABLATION, ACTIONS, CAPTURE, DELETION, OCCUPANCY, WEAK_SPOTS
-
 _SHARES = {
-    ABLATION: (0.66, 1.0),
-    ACTIONS: (0.5, 0.54),
-    CAPTURE: (0.72, 1.0),
-    DELETION: (0.68, 1.0),
-    OCCUPANCY: (0.75, 1.0),
-    WEAK_SPOTS: (0.33, 0.5),
+    "ABLATION": (0.66, 1.0),
+    "ACTIONS": (0.5, 0.54),
+    "CAPTURE": (0.72, 1.0),
+    "DELETION": (0.68, 1.0),
+    "OCCUPANCY": (0.75, 1.0),
+    "WEAK_SPOTS": (0.33, 0.5),
 }
-"""Shares of a row's width for the name, and of the rest for the value: a sidebar is narrow. Where the value takes all
-of it, icon and sentence say what the note says."""
+"""By topic, shares of a row's width for the name, and of the rest for the value: a sidebar is narrow. Where the value
+takes all of it, icon and sentence say what the note says."""
 
 
 class WAYFARER_UL_findings(bpy.types.UIList):
     """Lines with a name, a number and what to make of it."""
 
     def draw_item(self, context, layout, data: Any, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
-        name_share, value_share = _SHARES[data.name]
+        name_share, value_share = _SHARES.get(data.name, (0.66, 1.0))
         split = layout.split(factor=name_share, align=True)
         # The unit of areas stands above the list.
         split.label(text=item.name.removesuffix(" m²"), icon=item.icon, translate=False)
@@ -40,7 +38,7 @@ class WAYFARER_UL_findings(bpy.types.UIList):
         note.label(text=item.note, translate=False)
 
     def filter_items(self, context, data, property_name):
-        """By name or note, in the order of importance that they have."""
+        """Filter by name or note, in the order of importance that they have."""
         rows, wanted = getattr(data, property_name), self.filter_name.lower()
         if not wanted:
             return [], []

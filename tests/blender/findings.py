@@ -1,11 +1,9 @@
 """The sample, embedded, and what tests of evaluation, tuning and queries ask of it."""
 
 import bpy
-import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.results import state
-from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
+from bl_ext.user_default.wayfarer.addon.results import findings, state
 
 operators = bpy.ops.wayfarer
 BLOCKS = ("objects", "meshes", "actions", "collections", "curves", "materials", "images")
@@ -71,9 +69,3 @@ def undone(name, **options) -> None:
     assert contents() != before
     bpy.ops.ed.undo()
     assert contents() == before and embedding() is had
-
-
-def pixels(image) -> np.ndarray:
-    values = np.empty(4 * image.size[0] * image.size[1], dtype=np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)

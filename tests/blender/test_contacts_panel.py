@@ -1,17 +1,17 @@
 """When feet are planted, shown; feet chosen by hand."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.operators.show_contacts import IMAGE_NAME
-from bl_ext.user_default.wayfarer.addon.render.contact_strip import LEFT, RIGHT, ClipContacts, contact_strip
-from bl_ext.user_default.wayfarer.addon.render.image_editor import show_in_editor
 from bl_ext.user_default.wayfarer.addon.results import state
 from bl_ext.user_default.wayfarer.addon.scene import inputs
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
+from bl_ext.user_default.wayfarer.core.wording import share
 
 operators = bpy.ops.wayfarer
 
@@ -19,11 +19,6 @@ operators = bpy.ops.wayfarer
 @pytest.fixture
 def settings(sample_settings):
     return sample_settings
-
-
-def colored(picture, color) -> np.ndarray:
-    """(height, width) bool: pixels of an sRGB colour."""
-    return np.abs(picture[..., :3] - color).max(axis=2) < 0.01
 
 
 def test_shares_are_those_of_the_contacts(settings):
@@ -41,54 +36,17 @@ def test_shares_are_those_of_the_contacts(settings):
     assert state.contacts_of(bpy.context.scene, action) is None
 
 
-def test_the_image_shows_every_clip(settings):
+def test_the_page_shows_every_clip(settings):
     operators.show_contacts()
-    image = bpy.data.images[IMAGE_NAME]
-    pixels = np.empty(4 * image.size[0] * image.size[1], dtype=np.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(image.size[1], image.size[0], 4)
-    used = sum(clip.use for clip in settings.clips)
-    for color in (LEFT, RIGHT):
-        rows = colored(pixels, color).any(axis=1)
-        assert np.count_nonzero(np.diff(rows.astype(int)) == 1) == used
-    assert image.packed_file is not None
-    operators.show_contacts()
-    assert [image.name for image in bpy.data.images] == [IMAGE_NAME]
-
-
-def test_the_image_appears_in_the_first_image_editor(settings):
-    windows = bpy.context.window_manager.windows
-    if not windows:
-        pytest.skip("no window to open an Image Editor in")
-    areas = [area for window in windows for area in window.screen.areas]
-    assert not [area for area in areas if area.type == "IMAGE_EDITOR"]
-    blank = bpy.data.images.new("Blank", 4, 4)
-    # Nowhere to show it, and nobody who would look at a window of its own.
-    assert not show_in_editor(bpy.context, blank)
-    assert [area for window in windows for area in window.screen.areas] == areas
-    for area in areas[:2]:
-        area.type = "IMAGE_EDITOR"
-        area.spaces.active.image = blank
-    operators.show_contacts()
-    shown = [area.spaces.active.image.name for area in areas[:2]]
-    assert shown == [IMAGE_NAME, *["Blank"] * len(shown[1:])]
-
-
-def test_the_strip_is_filled_where_feet_are_planted():
-    planted = np.zeros((100, 2), dtype=bool)
-    planted[:50, 0] = planted[75:, 1] = True
-    picture = contact_strip([ClipContacts("half and quarter", 25.0, planted), ClipContacts("none", 25.0, ~planted[:9])])
-    left, right = colored(picture, LEFT), colored(picture, RIGHT)
-    widths = [mask.sum(axis=1).max() for mask in (left, right)]
-    assert widths[0] == pytest.approx(2 * widths[1], rel=0.05)
-    # Left above right; time goes to the right.
-    first = left.sum(axis=1) == widths[0]
-    second = right.sum(axis=1) == widths[1]
-    assert np.flatnonzero(first).min() > np.flatnonzero(second).max()
-    assert np.flatnonzero(left[first].any(axis=0)).max() < np.flatnonzero(right[second].any(axis=0)).min()
-    # The names are written beside it.
-    margin = picture[:, : np.flatnonzero(left.any(axis=0)).min() - 1, :3].mean(axis=2)
-    assert margin.max() > 0.5 > margin.mean()
+    page = Path(bpy.app.tempdir, "wayfarer_contacts.html").read_text("utf-8")
+    used = [clip.action.name for clip in settings.clips if clip.use]
+    assert all(f">{name[:25]}" in page for name in used) and page.count("<svg") == 1
+    # A table of shares below: a row for each clip, and its head.
+    assert page.count("<tr>") == len(used) + 1
+    for name in used:
+        shares = state.contacts_of(bpy.context.scene, bpy.data.actions[name])
+        assert f'<td>{name}</td><td class="number">{share(shares.left)}</td>' in page
+    assert not bpy.data.images
 
 
 def test_feet_can_be_chosen(settings):

@@ -53,11 +53,11 @@ def draw(panel) -> "Layout":
     layout = Layout()
     of_step = {
         name: getattr(panel, name)
-        for name in ("result_is_there", "result_is_stale", "presets", "finding")
+        for name in ("result_is_there", "result_is_stale", "presets", "topic")
         if hasattr(panel, name)
     }
     instance = type("Drawn", (), {"layout": layout, "is_popover": False, **of_step})()
-    bases = [base for base in panel.__mro__ if base is panel or base.__name__ in ("Step", "FindingPart")]
+    bases = [base for base in panel.__mro__ if base is panel or base.__name__ in ("Step", "FindingPart", "TopicPart")]
     for name in ("draw_header", "draw_header_preset", "draw"):
         if any(name in vars(base) for base in bases):
             getattr(panel, name)(instance, bpy.context)

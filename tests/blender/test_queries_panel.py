@@ -8,12 +8,12 @@ from bl_ext.user_default.wayfarer.addon.bridge.owned import OUTPUT, find_collect
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_colors
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME
-from bl_ext.user_default.wayfarer.addon.results import state
-from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
+from bl_ext.user_default.wayfarer.addon.results import findings, state
 from bl_ext.user_default.wayfarer.core.evaluation import goals
 from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from_steps, time_to_reach_steps
 from bl_ext.user_default.wayfarer.core.maps.colors import displayed
 from bl_ext.user_default.wayfarer.core.progress import finish
+from bl_ext.user_default.wayfarer.core.report import topics
 from bl_ext.user_default.wayfarer.core.wording import area as area_words
 
 from .findings import contents, embedding, found, is_stale, kept, operators, refused, rows, run, undone
@@ -42,9 +42,9 @@ def scene():
 
 def check(field) -> None:
     """What is kept, painted and told is this field."""
-    areas = {time: area for time, area, _ in rows(findings.REACH)}
+    areas = {time: area for time, area, _ in rows(topics.REACH)}
     assert list(areas.values()) == field.areas(list(areas))
-    shown = dict(findings.numbers_of(kept(findings.REACH)))
+    shown = dict(findings.numbers_of(kept(topics.REACH)))
     for time, area in areas.items():
         assert shown[f"Within {time:g} s"].startswith(f"{area_words(area)} (")
     floor = find_floor(scene())
@@ -70,7 +70,7 @@ def test_times_to_and_from_a_place(settings):
     goal = goals.goal_at(embedding(), place, queries.radius)
     there = finish(time_to_reach_steps(embedding(), goal))
     check(there)
-    assert [row[0] for row in rows(findings.REACH)] == [2.0, 3.0, 5.0, 7.0]
+    assert [row[0] for row in rows(topics.REACH)] == [2.0, 3.0, 5.0, 7.0]
     assert settings.map.quantity == "QUERY" and floor_legend(find_floor(scene())).title == "Time to (-1.0, -2.0) m"
     queries.direction = "FROM"
     assert state.map_is_stale(scene())
@@ -98,7 +98,7 @@ def test_times_to_an_object_follow_it(settings):
     queries.object = empty
     run("find_reach")
     check(finish(time_to_reach_steps(embedding(), goals.goal_at(embedding(), (1.0, -2.5), queries.radius))))
-    assert [row[0] for row in rows(findings.REACH)] == [1.0, 2.5, 4.0]
+    assert [row[0] for row in rows(topics.REACH)] == [1.0, 2.5, 4.0]
     empty.location.x -= 1.5
     bpy.context.view_layer.update()
     assert state.map_is_stale(scene())
@@ -286,9 +286,9 @@ def test_nothing_changes_before_the_work_is_done(settings):
 
 def test_the_answer_knows_what_it_is_about(settings):
     run("find_reach")
-    assert not is_stale(findings.REACH)
-    assert kept(findings.REACH).sentences == "Time to (0.0, 0.0) m"
+    assert not is_stale(topics.REACH)
+    assert kept(topics.REACH).sentences == "Time to (0.0, 0.0) m"
     bpy.data.objects["Table"].location.x += 0.6
     bpy.context.view_layer.update()
     run("embed")
-    assert is_stale(findings.REACH)
+    assert is_stale(topics.REACH)

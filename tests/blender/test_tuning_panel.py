@@ -1,23 +1,24 @@
 """The panel Tuning: the scene goes on with a pruned embedding, and with the whole one again."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
-from bl_ext.user_default.wayfarer.addon.results import state
-from bl_ext.user_default.wayfarer.addon.results.findings import finding as findings
-from bl_ext.user_default.wayfarer.addon.results.findings.charts import chart_of
+from bl_ext.user_default.wayfarer.addon.results import findings, state
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share, floor_variability
 from bl_ext.user_default.wayfarer.core.progress import finish
-from bl_ext.user_default.wayfarer.core.report.drawing import Line
+from bl_ext.user_default.wayfarer.core.report import topics
+from bl_ext.user_default.wayfarer.core.report.drawing import Line, svg
 from bl_ext.user_default.wayfarer.core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps
 from bl_ext.user_default.wayfarer.core.tuning.global_pruning import prune_global_steps
 from bl_ext.user_default.wayfarer.core.tuning.local_pruning import prune_local_steps
 from bl_ext.user_default.wayfarer.core.tuning.pruning_curve import pruning_curve_steps
 from bl_ext.user_default.wayfarer.core.tuning.spanning import Places
 
-from .findings import contents, embedding, found, is_stale, kept, operators, pixels, refused, rows, run, undone
+from .findings import contents, embedding, found, is_stale, kept, operators, refused, rows, run, undone
 
 K = 20
 
@@ -52,7 +53,7 @@ def test_each_method_is_the_cores(settings):
         # Always from the whole one, whatever the scene had last.
         assert embedding().planes == wanted.planes and embedding() is not whole
         assert found().whole is whole and found().pruning.words
-        numbers = {name: (before, after) for name, before, after in rows(findings.PRUNING)}
+        numbers = {name: (before, after) for name, before, after in rows(topics.PRUNING)}
         assert numbers["nodes"] == (whole.n_nodes, wanted.n_nodes)
         assert numbers["links"] == (whole.n_links, wanted.n_links)
         summary = found().summary
@@ -108,14 +109,14 @@ def test_maps_walks_and_questions_use_what_is_left(settings):
     assert walk.embedding is embedding() and not state.walk_is_stale(scene())
     assert all(embedding().node_mask()[tuple(walk.states.T)])
     run("find_reach", "ablate")
-    assert not is_stale(findings.REACH) and not is_stale(findings.ABLATION)
+    assert not is_stale(topics.REACH) and not is_stale(topics.ABLATION)
     # What is missing, and the price of pruning, are asked of the whole embedding.
     settings.evaluation.n_candidates = 2
     run("direct_capture", "sweep_pruning")
-    assert not is_stale(findings.CAPTURE) and not is_stale(findings.PRUNING_CURVE)
+    assert not is_stale(topics.CAPTURE) and not is_stale(topics.PRUNING_CURVE)
     run("restore_embedding")
-    assert is_stale(findings.REACH) and is_stale(findings.ABLATION)
-    assert not is_stale(findings.CAPTURE) and not is_stale(findings.PRUNING_CURVE)
+    assert is_stale(topics.REACH) and is_stale(topics.ABLATION)
+    assert not is_stale(topics.CAPTURE) and not is_stale(topics.PRUNING_CURVE)
 
 
 def test_a_walk_is_out_of_date_where_nodes_are_gone(settings):
@@ -220,30 +221,27 @@ def test_the_sweep_is_the_cores_and_is_drawn(settings):
     run("sweep_pruning")
     curve = finish(pruning_curve_steps(embedding()))
     assert embedding() is before and found().pruning is None
-    k, nodes, links, floor, places = (np.array(column) for column in zip(*rows(findings.PRUNING_CURVE), strict=True))
+    k, nodes, links, floor, places = (np.array(column) for column in zip(*rows(topics.PRUNING_CURVE), strict=True))
     np.testing.assert_array_equal(k, curve.k)
     np.testing.assert_array_equal(nodes, curve.n_nodes)
     np.testing.assert_array_equal(links, curve.n_links)
     np.testing.assert_array_equal(floor, curve.floor_coverage)
     np.testing.assert_array_equal(places, curve.coverage)
-    shown = dict(findings.numbers_of(kept(findings.PRUNING_CURVE)))
+    shown = dict(findings.numbers_of(kept(topics.PRUNING_CURVE)))
     least = curve.smallest_k(0.9 * curve.floor_coverage[-1])
     assert shown["Keep 90% of Floor"].startswith(f"k {least}, ")
     # Four curves, as long as there are k; nodes and links end at the top.
-    drawing = chart_of(kept(findings.PRUNING_CURVE))
+    drawing = findings.chart_of(scene(), topics.PRUNING_CURVE)
     curves = [mark for mark in drawing.marks if isinstance(mark, Line) and len(mark.points) == len(k)]
     assert len(curves) == 4 and curves[2].points[-1, 1] == curves[3].points[-1, 1] < curves[0].points[-1, 1]
-    image = bpy.data.images["Wayfarer Pruning Curve"]
-    picture = pixels(image)[::-1]
-    for mark in curves:
-        x, y = np.round(2 * mark.points[len(k) // 2]).astype(int)
-        assert np.abs(picture[y - 3 : y + 4, x - 3 : x + 4, :3] - mark.color).max(axis=2).min() < 0.02
+    assert svg(drawing) in Path(bpy.app.tempdir, "wayfarer_pruning_curve.html").read_text("utf-8")
 
 
 def test_nothing_changes_before_the_work_is_done(settings):
     before, had = contents(), embedding()
     for name in ("prune", "sweep_pruning"):
-        work = getattr(bpy.types, f"WAYFARER_OT_{name}").steps(None, bpy.context)
+        operator = getattr(bpy.types, f"WAYFARER_OT_{name}")
+        work = operator.steps(operator, bpy.context)
         for _ in zip(range(25), work, strict=False):
             pass
         work.close()

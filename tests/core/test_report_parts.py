@@ -14,7 +14,8 @@ from matplotlib import image
 
 from core.maps.scales import CIVIDIS, GREYS
 from core.report.chart import ColorBar, Series, Swatch, bar_chart, line_chart, map_chart
-from core.report.drawing import Label, Line, Picture, svg
+from core.report.contact_chart import LEFT, RIGHT, ClipContacts, contact_chart
+from core.report.drawing import Box, Label, Line, Picture, svg
 from core.report.page import Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from core.report.png import png_bytes
 from core.report.table import table
@@ -115,6 +116,21 @@ def test_table_as_csv_records_and_html():
     assert '<td class="number">1.50</td>' in found.html() and "<th>area (m²)</th>" in found.html()
     with pytest.raises(ValueError, match="2 columns"):
         table(["name", "area"], [["a"]])
+
+
+def test_contacts_are_bars_where_feet_are_planted():
+    planted = np.zeros((100, 2), dtype=bool)
+    planted[:50, 0] = planted[75:, 1] = True
+    clips = [ClipContacts("half and quarter", 25.0, planted), ClipContacts("none", 25.0, planted[50:75])]
+    boxes = [mark for mark in contact_chart(clips).marks if isinstance(mark, Box)]
+    left, right = ([box for box in boxes if box.color == color] for color in (LEFT, RIGHT))
+    assert len(left) == len(right) == 1 and left[0].width == pytest.approx(2 * right[0].width)
+    # Left above right; time goes to the right; both clips on the same scale.
+    assert left[0].y < right[0].y and left[0].x + left[0].width < right[0].x
+    whole = [box.width for box in boxes if box.color not in (LEFT, RIGHT)]
+    assert whole[0] == whole[1] == pytest.approx(4 * whole[2]) and left[0].width == pytest.approx(whole[0] / 2)
+    shares = clips[0].shares
+    assert (shares.left, shares.right, shares.both, shares.none) == (0.5, 0.25, 0.0, 0.25)
 
 
 class _Outline(HTMLParser):

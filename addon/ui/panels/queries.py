@@ -2,9 +2,9 @@
 
 import bpy
 
-from ...results.findings.finding import REACH, find_finding, finding_is_stale
+from ...results.findings import REACH, find_finding, finding_is_stale
 from ..text import draw_wrapped
-from .found import draw_chart_button, draw_finding_numbers, draw_next_step
+from .found import draw_finding, draw_next_step
 from .step import Sidebar, Step, split_properties
 
 _CHOICE = {"OBJECT": "object", "REGION": "region", "TAG": "tag", "CLIP": "clip"}
@@ -38,8 +38,7 @@ class WAYFARER_PT_queries(Step, bpy.types.Panel):
         kept = find_finding(scene, REACH)
         if kept is not None:
             draw_wrapped(context, layout, kept.sentences)
-            draw_finding_numbers(layout, scene, REACH)
-            draw_chart_button(layout, scene, REACH)
+            draw_finding(context, layout, REACH)
 
 
 class WAYFARER_PT_walks_from(Sidebar, bpy.types.Panel):

@@ -2,9 +2,10 @@
 
 import bpy
 
-from ...results.findings.finding import PRUNING, PRUNING_CURVE, find_finding
+from ...results.findings import PRUNING, PRUNING_CURVE, find_finding
 from ...results.state import results
-from .found import FindingPart, draw_chart_button, draw_finding_numbers, draw_next_step
+from .evaluation import topic_part
+from .found import draw_finding_numbers, draw_next_step
 from .step import Step, draw_sentences, split_properties
 
 
@@ -44,17 +45,4 @@ class WAYFARER_PT_tuning(Step, bpy.types.Panel):
             draw_finding_numbers(layout, scene, PRUNING)
 
 
-class WAYFARER_PT_pruning_curve(FindingPart, bpy.types.Panel):
-    bl_label = "Price of Pruning"
-    bl_parent_id = "WAYFARER_PT_tuning"
-    bl_options = {"DEFAULT_CLOSED"}
-    finding = PRUNING_CURVE
-
-    def draw(self, context):
-        layout, scene = self.layout, context.scene
-        layout.operator("wayfarer.sweep_pruning", icon="FCURVE")
-        draw_finding_numbers(layout, scene, PRUNING_CURVE)
-        draw_chart_button(layout, scene, PRUNING_CURVE)
-
-
-PANELS = (WAYFARER_PT_tuning, WAYFARER_PT_pruning_curve)
+PANELS = (WAYFARER_PT_tuning, topic_part(PRUNING_CURVE, "WAYFARER_PT_tuning"))
