@@ -1,6 +1,8 @@
 """The reproduction of the paper as it is run: a process of its own that writes figures, a page and numbers."""
 
+import base64
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -31,12 +33,18 @@ def quick(tmp_path_factory):
     return out, json.loads((out / "report.json").read_text())
 
 
-def pixels(path) -> np.ndarray:
-    """(height, width, 4) of a picture."""
-    image = bpy.data.images.load(str(path))
-    values = np.empty(len(image.pixels), dtype=np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)
+def pixels(drawing: str, folder: Path) -> np.ndarray | None:
+    """(height, width, 4) of the largest picture in an SVG drawing; None if there is none."""
+    found = []
+    for number, data in enumerate(re.findall(r'href="data:image/png;base64,([^"]+)"', drawing)):
+        path = folder / f"{number}.png"
+        path.write_bytes(base64.b64decode(data))
+        image = bpy.data.images.load(str(path))
+        values = np.empty(len(image.pixels), dtype=np.float32)
+        image.pixels.foreach_get(values)
+        found.append(values.reshape(image.size[1], image.size[0], 4))
+        bpy.data.images.remove(image)
+    return max(found, key=lambda picture: picture.size, default=None)
 
 
 def has_color(picture, srgb) -> bool:
@@ -76,20 +84,20 @@ def test_numbers_agree_with_each_other(quick):
     assert report["crowds"]["step_room"]["closest_m"] >= 0.6 - 1e-6
 
 
-def test_figures_show_scenes_and_walks(quick):
+def test_figures_show_scenes_and_walks(quick, tmp_path):
     from bl_ext.user_default.wayfarer.core.maps.colors import OBSTACLE, STEP, UNREACHED, WALK
 
     out, _ = quick
-    for name in FIGURES:
-        assert (out / f"{name}.svg").read_text().startswith("<svg")
-        assert pixels(out / f"{name}.png")[..., :3].std() > 0.02, name
-    room = pixels(out / "figure_1.png")
-    assert has_color(room, OBSTACLE) and has_color(room, STEP) and has_color(room, WALK)
+    drawings = {name: (out / f"{name}.svg").read_text() for name in FIGURES}
+    pictures = {name: pixels(drawing, tmp_path) for name, drawing in drawings.items()}
+    for name, drawing in drawings.items():
+        assert drawing.startswith("<svg")
+        assert drawing.count("<polyline") > 2 if pictures[name] is None else pictures[name][..., :3].std() > 0.02, name
+    room = pictures["figure_1"]
+    assert has_color(room, OBSTACLE) and has_color(room, STEP)
+    assert f'stroke="#{bytes(round(255 * value) for value in WALK).hex()}"' in drawings["figure_1"]
     # Beyond the step, all is out of reach once the motion that steps over is gone.
-    red = [
-        (np.abs(pixels(out / f"{n}.png")[..., :3] - UNREACHED).max(axis=2) < 0.02).mean()
-        for n in ("figure_1", "figure_6_8")
-    ]
+    red = [(np.abs(pictures[n][..., :3] - UNREACHED).max(axis=2) < 0.02).mean() for n in ("figure_1", "figure_6_8")]
     assert red[1] > 2 * red[0] and red[1] > 0.05
 
 

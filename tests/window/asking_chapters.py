@@ -1,12 +1,14 @@
 """The third part of the session: other maps, questions to the floor, charts."""
 
+import re
+from pathlib import Path
+
 import bpy
 import editors
 import hand
 import numpy as np
-import picture
 import sidebar
-from scene_facts import badges, colors, findings, keep_picture, part, results, settings, settled
+from scene_facts import badges, colors, findings, keep_picture, log_browser, part, results, settings, settled
 
 # In the sample room: between the pillars, and in front of the step.
 PLACE, BEFORE_STEP = (0.2, -0.8, 0.0), (0.0, 0.6, 0.0)
@@ -154,49 +156,39 @@ def walks_from(note) -> hand.Turns:
 
 
 def charts(note) -> hand.Turns:
-    """Each chart appears in the Image Editor as soon as it is asked for."""
+    """Each chart opens in the browser as soon as it is asked for; what opens it writes down the page."""
     settings().evaluation.n_pairs = 10
-    with editors.image_editor() as editor:
-        yield from hand.redrawn()
-        yield from sidebar.open_part("Tuning", "Price of Pruning")
-        yield from sidebar.press_button("Tuning", "wayfarer.sweep_pruning")
-        yield from hand.until(lambda: "PRUNING_CURVE" in findings(), "the sweep over k")
-        yield from _chart(note, editor, "sweep", "27_chart_of_k")
-        yield from sidebar.close_part("Tuning", "Price of Pruning")
-        yield from sidebar.open_part("Evaluation", "What Matters")
-        yield from sidebar.press_button("Evaluation", "wayfarer.ablate")
-        yield from hand.until(lambda: "ABLATION" in findings(), "the ablation")
-        yield from hand.work_is_done()
-        yield from sidebar.press_button("Evaluation", "wayfarer.show_chart")
-        yield from _chart(note, editor, "ablation", "28_chart_of_what_matters")
-        yield from sidebar.close_part("Evaluation", "What Matters")
-        yield from sidebar.press_button("Evaluation", "wayfarer.measure")
-        is_stale = part("findings.finding").finding_is_stale
-        yield from hand.until(lambda: not is_stale(bpy.context.scene, "METRICS"), "the metrics")
-        yield from hand.work_is_done()
-        yield from sidebar.open_part("Evaluation", "Clips in Numbers")
-        yield from sidebar.press_button("Evaluation", "wayfarer.show_chart")
-        yield from _chart(note, editor, "metrics", "29_chart_of_clips")
-        yield from sidebar.close_part("Evaluation", "Clips in Numbers")
-    yield from hand.redrawn()
-
-
-def _chart(note, editor, name: str, kept: str) -> hand.Turns:
-    """What the Image Editor shows that showed something else before, in the image and on the screen."""
-    before = _shown.copy()
-    yield from hand.until(lambda: editor.spaces.active.image and editor.spaces.active.image.name not in before, name)
+    opened = log_browser()
+    yield from sidebar.open_part("Tuning", "Price of Pruning")
+    yield from sidebar.press_button("Tuning", "wayfarer.sweep_pruning")
+    yield from hand.until(lambda: "PRUNING_CURVE" in findings(), "the sweep over k")
+    yield from _chart(note, opened, "sweep", "27_chart_of_k")
+    yield from sidebar.close_part("Tuning", "Price of Pruning")
+    yield from sidebar.open_part("Evaluation", "What Matters")
+    yield from sidebar.press_button("Evaluation", "wayfarer.ablate")
+    yield from hand.until(lambda: "ABLATION" in findings(), "the ablation")
     yield from hand.work_is_done()
-    image = editor.spaces.active.image
-    _shown.append(image.name)
-    with bpy.context.temp_override(window=hand.window(), area=editor, region=editor.regions[-1]):
-        bpy.ops.image.view_all(fit_view=True)
+    yield from sidebar.press_button("Evaluation", "wayfarer.show_chart")
+    yield from _chart(note, opened, "ablation", "28_chart_of_what_matters")
+    yield from sidebar.close_part("Evaluation", "What Matters")
+    yield from sidebar.press_button("Evaluation", "wayfarer.measure")
+    kept = part("results.findings")
+    yield from hand.until(lambda: not kept.finding_is_stale(bpy.context.scene, kept.METRICS), "the metrics")
+    yield from hand.work_is_done()
+    yield from sidebar.open_part("Evaluation", "Clips in Numbers")
+    yield from sidebar.press_button("Evaluation", "wayfarer.show_chart")
+    yield from _chart(note, opened, "metrics", "29_chart_of_clips")
+    yield from sidebar.close_part("Evaluation", "Clips in Numbers")
     yield from hand.redrawn()
-    pixels = np.empty(4 * image.size[0] * image.size[1], np.float32)
-    image.pixels.foreach_get(pixels)
-    screen = picture.pixels()[editor.y : editor.y + editor.height, editor.x : editor.x + editor.width]
-    note(name, [image.name, *image.size, len(np.unique(pixels.reshape(-1, 4).round(2), axis=0))])
-    note(f"{name}_on_screen", len(np.unique(screen.reshape(-1, 3), axis=0)))
+
+
+def _chart(note, opened: Path, name: str, kept: str) -> hand.Turns:
+    """The page that is opened next, and its drawing."""
+    yield from hand.until(opened.exists, f"the page of the {name}")
+    yield from hand.work_is_done()
+    page = Path(opened.read_text("utf-8").strip().removeprefix("file://"))
+    opened.unlink()
+    text = page.read_text("utf-8")
+    width, height = re.findall(r'<svg[^>]* width="(\d+)" height="(\d+)"', text)[0]
+    note(name, [page.name, int(width), int(height), len(set(re.findall("#[0-9a-f]{6}", text)))])
     keep_picture(kept)
-
-
-_shown: list[str] = []

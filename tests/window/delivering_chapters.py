@@ -1,6 +1,5 @@
 """The fourth part of the session: what an artist takes away - walks baked in other ways, crowds, reports, files."""
 
-import os
 import re
 from pathlib import Path
 
@@ -8,11 +7,7 @@ import bpy
 import editors
 import hand
 import sidebar
-from scene_facts import JOB, everything, findings, keep_picture, part, results, settings
-
-_BROWSER = """#!/bin/sh
-echo "$1" >> {opened}
-"""
+from scene_facts import JOB, everything, findings, keep_picture, log_browser, part, results, settings
 
 
 def bake_otherwise(note) -> hand.Turns:
@@ -94,12 +89,8 @@ def crowd(note) -> hand.Turns:
 
 def write_report(note) -> hand.Turns:
     """The report, into a folder that is chosen in the file browser; what opens the page writes down which."""
-    folder, opened, browser = JOB / "reports", JOB / "opened.txt", JOB / "browser"
+    folder, opened = JOB / "reports", log_browser()
     folder.mkdir()
-    browser.write_text(_BROWSER.format(opened=opened), "utf-8")
-    browser.chmod(0o700)
-    # Python's own way to name a browser.
-    os.environ["BROWSER"] = f"{browser} %s"
     # In the window that the mouse is in, instead of one of its own.
     bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
     yield from sidebar.open_part("Evaluation", "Results")

@@ -1,6 +1,5 @@
-"""What opens beside the viewport and over it: fields to type into, menus, the file browser, an Image Editor."""
+"""What opens beside the viewport and over it: fields to type into, menus, the file browser."""
 
-import contextlib
 import time
 from collections.abc import Callable, Generator
 
@@ -101,21 +100,3 @@ def choose_folder(folder: str, look: Callable[[], None]) -> Turns:
     yield from hand.press("RET")
     yield from hand.until(lambda: file_browser() is None, "the file browser to close")
     yield from hand.redrawn()
-
-
-# ------------------------------------------------------------------------------------------ Image Editor
-
-
-@contextlib.contextmanager
-def image_editor():
-    """The left part of the viewport as an Image Editor, for as long as it lasts."""
-    with bpy.context.temp_override(**hand.in_viewport()):
-        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.45)
-    areas = [area for area in hand.window().screen.areas if area.type == "VIEW_3D"]
-    area = min(areas, key=lambda area: area.x)
-    area.type = "IMAGE_EDITOR"
-    try:
-        yield area
-    finally:
-        with bpy.context.temp_override(window=hand.window(), area=area):
-            bpy.ops.screen.area_close()

@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+import os
 from collections.abc import Generator
 from pathlib import Path
 
@@ -95,7 +96,7 @@ def numbers() -> dict:
 
 def findings() -> dict[str, dict[str, str]]:
     """What was found out, by its kind: the numbers that the panels show."""
-    numbers_of = part("findings.finding").numbers_of
+    numbers_of = part("results.findings").numbers_of
     return {kept.name: dict(numbers_of(kept)) for kept in settings().findings}
 
 
@@ -140,3 +141,19 @@ def _still(view) -> Generator[None, None, np.ndarray]:
         seen = now
         yield
     raise RuntimeError("the viewport does not come to rest")
+
+
+_BROWSER = """#!/bin/sh
+echo "$1" >> {opened}
+"""
+
+
+def log_browser() -> Path:
+    """The file in which a stand-in for the browser writes down the pages that are opened; there is none yet."""
+    opened, browser = JOB / "opened.txt", JOB / "browser"
+    browser.write_text(_BROWSER.format(opened=opened), "utf-8")
+    browser.chmod(0o700)
+    # Python's own way to name a browser; it looks once.
+    os.environ["BROWSER"] = f"{browser} %s"
+    opened.unlink(missing_ok=True)
+    return opened

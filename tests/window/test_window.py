@@ -174,14 +174,13 @@ def test_walks_start_where_the_floor_is_clicked(session):
 
 
 @pytest.mark.parametrize("chart", ["sweep", "ablation", "metrics"])
-def test_charts_appear_in_the_image_editor(session, chart):
+def test_charts_open_in_the_browser(session, chart):
     found = session.chapter("charts")
     _, width, height, colors = found[chart]
     assert width > 500 and height > 200 and colors >= 3
-    assert found[f"{chart}_on_screen"] > 100
 
 
-def test_every_chart_is_an_image_of_its_own(session):
+def test_every_chart_has_a_page_of_its_own(session):
     found = session.chapter("charts")
     assert len({found[chart][0] for chart in ("sweep", "ablation", "metrics")}) == 3
 

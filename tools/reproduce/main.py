@@ -6,15 +6,12 @@ import os
 from pathlib import Path
 
 import bpy
-import numpy as np
 
-from ...addon.render.raster import rasterize
 from ...core.errors import ClipError
-from ...core.report.drawing import Drawing, svg
+from ...core.report.drawing import svg
 from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
-from ...core.report.png import png_bytes
-from ...core.report.scene_report import Topic
 from ...core.report.table import plain, table
+from ...core.report.topics import IMPORTANCE
 from ..demo import draw_walk_view, make_folder, shown_scene
 from .beyond import SHORT, WHOLE, compare_scenes, examine, sections_of
 from .chapter import PAPER, Chapter, Comparison
@@ -114,7 +111,7 @@ def run(options: argparse.Namespace, journal) -> dict:
         if quick and name in halls:
             continue
         whole = name == "step_room" and not quick
-        topics = WHOLE if whole else SHORT | {Topic.IMPORTANCE} if name == "step_room" else SHORT
+        topics = WHOLE if whole else SHORT | {IMPORTANCE} if name == "step_room" else SHORT
         label = f"Examining {place.layout.label.lower()}"
         reports[name] = step("examine", label, examine, place, embedding, out / name, topics, whole)
     parts["scenes"] = compare_scenes(reports)
@@ -150,7 +147,6 @@ def _write(out: Path, parts: dict[str, Chapter], more: list[Section], pictures: 
     charts = {name: chart for part in parts.values() for name, chart in part.figures.items()}
     for name, chart in charts.items():
         (out / f"{name}.svg").write_text(svg(chart), encoding="utf-8")
-        (out / f"{name}.png").write_bytes(_png(chart))
     page = html_page(_TITLE, _lead(options), _sections(parts, more, pictures))
     (out / "report.html").write_text(page, encoding="utf-8")
     (out / "report.json").write_text(json.dumps(report, indent=2, default=_plain) + "\n", encoding="utf-8")
@@ -187,11 +183,6 @@ def _sections(parts: dict[str, Chapter], more: list[Section], pictures: dict[str
         sections.append(Section(part.section.title, blocks))
     note = Paragraph("Each scene's own report, with tables and maps as files, lies in a folder of its name.")
     return [*sections, *more, Section("Files", (note,))]
-
-
-def _png(chart: Drawing) -> bytes:
-    pixels = np.round(255 * rasterize(chart)[::-1, :, :3]).astype(np.uint8)
-    return png_bytes(np.ascontiguousarray(pixels))
 
 
 def _plain(value):
