@@ -46,6 +46,11 @@ def open_page(title: str, lead: str, sections: Sequence[Section]) -> Path:
     """Write a page to Blender's folder for temporary files, and show it in the browser if there is a window."""
     path = Path(bpy.app.tempdir) / f"{bpy.path.clean_name(f'wayfarer {title}').lower()}.html"
     path.write_text(html_page(title, lead, sections), encoding="utf-8")
+    show_page(path)
+    return path
+
+
+def show_page(path: Path) -> None:
+    """Open a page in the browser, unless there is no window to come back to."""
     if not bpy.app.background:
         bpy.ops.wm.url_open(url=path.resolve().as_uri())
-    return path

@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 from ...core.report.scene_report import report_files
 from ..bridge.text import counted
 from ..exports.folder import write_files
-from ..exports.report import scene_report_steps
+from ..exports.report import scene_report_steps, show_page
 from ..jobs import LongOperator
 from .asks_embedding import AsksEmbedding
 
@@ -61,7 +61,7 @@ class WAYFARER_OT_write_report(AsksEmbedding, LongOperator, bpy.types.Operator):
         files = report_files(result)
         write_files(folder, files)
         page = folder / next(iter(files))
-        if self.open_page and not bpy.app.background:
-            bpy.ops.wm.url_open(url=page.resolve().as_uri())
+        if self.open_page:
+            show_page(page)
         self.report({"INFO"}, f"Wrote '{page}' and {counted(len(files) - 1, 'file')} beside it")
         self.warn_if_stale(context.scene)

@@ -37,7 +37,7 @@ EXCEPTIONS = {
         "addon/cli/cluster.py",
         "multiprocessing",
     ): "workers on this machine, running our own function",
-    ("addon/operators/write_report.py", "bpy.ops.wm.url_open"): "shows the page that was just written: a file",
+    ("addon/exports/report.py", "bpy.ops.wm.url_open"): "shows the page that was just written: a file",
     (
         "addon/cli/study.py",
         "subprocess",
