@@ -11,7 +11,7 @@ from ...core.errors import ClipError
 from ...core.report.drawing import svg
 from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
 from ...core.report.table import plain, table
-from ...core.report.topics import IMPORTANCE
+from ...core.report.topics import CAPTURE, IMPORTANCE, METRICS
 from ..demo import draw_walk_view, make_folder, shown_scene
 from .beyond import SHORT, WHOLE, compare_scenes, examine, sections_of
 from .chapter import PAPER, Chapter, Comparison
@@ -121,7 +121,7 @@ def run(options: argparse.Namespace, journal) -> dict:
     pictures = {}
     if not quick:
         pictures["view"] = step("view", "Drawing the room in perspective", _draw_view, out / "view.png")
-    more = sections_of(reports["step_room"], (Topic.IMPORTANCE, Topic.CAPTURE, Topic.METRICS))
+    more = sections_of(reports["step_room"], (IMPORTANCE, CAPTURE, METRICS))
     report = {
         "paper": PAPER,
         "clips": str(options.clips) if options.clips else "sample character",
