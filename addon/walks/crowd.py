@@ -1,18 +1,14 @@
 """A crowd of copies of the scene's character, each with a walk of its own."""
 
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from ...core.errors import WalkError
-from ...core.motion.clip import MotionClip
-from ...core.playback.cleanup import clean_feet
 from ...core.playback.crowd import Crowd, CrowdSettings, scattered_crowd_steps
-from ...core.playback.synthesis import synthesize
-from ...core.playback.walk import Walk
-from ...core.playback.walk_motion import MotionRequest
+from ...core.playback.walk_motion import blended_motion
 from ...core.progress import Progress, portion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import WALK_PROPERTY
@@ -58,7 +54,7 @@ def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
             done = _PLANNED + (1 - _PLANNED) * number / len(crowd.walks)
             yield Progress(done, f"Baking walker {number + 1} of {len(crowd.walks)}")
             name = f"{_ACTION_NAME} {number + 1:0{len(str(n_walkers))}d}"
-            clip = _motion(walk, request, name, crowd.n_frames)
+            clip = blended_motion(walk, request, name, crowd.n_frames)
             action = write_clip(bpy.data.objects[character], clip, name, FIRST_FRAME, binding)
             action[WALK_PROPERTY] = character
             made.append(action.name)
@@ -92,17 +88,3 @@ def remove_crowd(scene) -> int:
     n_walkers = remove_copies(scene, CROWD_COLLECTION)
     remove_if_empty(scene, CROWD_COLLECTION)
     return n_walkers
-
-
-def _motion(walk: Walk, request: MotionRequest, name: str, n_frames: int) -> MotionClip:
-    """The motion of one walker, for as long as the crowd walks."""
-    clip = synthesize(walk, request.synthesis, name)
-    if request.cleanup is not None:
-        clip = clean_feet(walk, clip, request.cleanup).clip
-    return replace(
-        clip,
-        rotations=clip.rotations[:n_frames],
-        translations=clip.translations[:n_frames],
-        tags={tag: mask[:n_frames] for tag, mask in clip.tags.items()},
-        heading=clip.ground_path[:n_frames, 2],
-    )

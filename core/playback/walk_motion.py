@@ -1,7 +1,7 @@
 """From a walk to its motion: blended, with the feet held, and measured."""
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
@@ -54,3 +54,17 @@ def motion_steps(
         yield Progress(0.8, "Measuring the motion")
         after = walk_quality(walk, clip, request.contacts, lifted=cleanup.lifted)
     return WalkMotion(walk, clip, request.closed, cleanup, before, after)
+
+
+def blended_motion(walk: Walk, request: MotionRequest, name: str, n_frames: int) -> MotionClip:
+    """Make the first frames of a walk's motion, blended and with the feet held, but not measured."""
+    clip = synthesize(walk, request.synthesis, name)
+    if request.cleanup is not None:
+        clip = clean_feet(walk, clip, request.cleanup).clip
+    return replace(
+        clip,
+        rotations=clip.rotations[:n_frames],
+        translations=clip.translations[:n_frames],
+        tags={tag: mask[:n_frames] for tag, mask in clip.tags.items()},
+        heading=clip.ground_path[:n_frames, 2],
+    )
