@@ -17,7 +17,7 @@ from ..addon.bridge.owned import OUTPUT, ensure_collection, find_walk_curve
 from ..addon.bridge.text import area, counted, number, place, share, time
 from ..addon.properties import MapQuantity
 from ..addon.render.floor import find_floor
-from ..addon.results.state import embedding_of, graph_of, results, walk_of
+from ..addon.results.store import embedding_of, graph_of, results, walk_of
 from ..addon.walks.request import read_motion_request, read_request
 from ..core.errors import ClipError, SceneError, StorageError
 from ..core.evaluation.floor import floor_cells
@@ -199,20 +199,21 @@ def shown_scene() -> MapScene:
 
 
 def _draw_map(path, shown: MapScene) -> None:
-    summary = results(bpy.context.scene).summary
+    found = results(bpy.context.scene)
+    summary, highest = found.summary, found.painted.numbers["map_highest"] if found.painted is not None else 0
     notes = [
-        f"{counted(summary['clips'], 'clip')}, {counted(len(graph_of(bpy.context.scene).segments), 'segment')}",
-        f"{counted(summary['nodes'], 'node')}, {counted(summary['links'], 'link')}",
-        f"{share(summary['coverage'])} of the free floor covered",
+        f"{counted(summary.clips, 'clip')}, {counted(len(graph_of(bpy.context.scene).segments), 'segment')}",
+        f"{counted(summary.nodes, 'node')}, {counted(summary.links, 'link')}",
+        f"{share(summary.coverage)} of the free floor covered",
     ]
     draw_map(
         path,
         shown,
         title="Where it can go",
         notes=notes,
-        highest=f"up to {number(summary['map_highest'])}",
+        highest=f"up to {number(highest)}",
         regions=_region_words(),
-        walk=f"a walk of {time(summary['walk_seconds'])}",
+        walk=f"a walk of {time(summary.walk.seconds)}",
     )
 
 
@@ -271,14 +272,14 @@ def _report(seconds: dict[str, float], tried: list[TriedWalk]) -> dict:
     gaps = _gaps(embedding_of(scene))
     return {
         "summary": _sentences(scene, tried, gaps),
-        "clips": summary["clips"],
+        "clips": summary.clips,
         "segments": len(graph.segments),
         "graph_links": len(graph.links),
-        "nodes": summary["nodes"],
-        "links": summary["links"],
-        "coverage": round(summary["coverage"], 4),
-        "walk_seconds": round(summary["walk_seconds"], 2),
-        "walk_metres": round(summary["walk_length"], 2),
+        "nodes": summary.nodes,
+        "links": summary.links,
+        "coverage": round(summary.coverage, 4),
+        "walk_seconds": round(summary.walk.seconds, 2),
+        "walk_metres": round(summary.walk.length, 2),
         "walk_seed": scene.wayfarer.walk.seed,
         "walks_tried": [{"seed": walk.seed, "defects_per_minute": round(walk.defects, 2)} for walk in tried],
         "seconds": {step: round(value, 2) for step, value in seconds.items()},
@@ -295,10 +296,10 @@ def _sentences(scene, tried: list[TriedWalk], gaps: list[dict]) -> list[str]:
     summary, graph = results(scene).summary, graph_of(scene)
     said = [
         f"{counted(len(graph.segments), 'segment')} and {counted(len(graph.links), 'link')} from "
-        f"{counted(summary['clips'], 'clip')} became {counted(summary['nodes'], 'node')} and "
-        f"{counted(summary['links'], 'link')}.",
-        f"The character can be in {share(summary['coverage'])} of the free floor; it walks for "
-        f"{time(summary['walk_seconds'])}.",
+        f"{counted(summary.clips, 'clip')} became {counted(summary.nodes, 'node')} and "
+        f"{counted(summary.links, 'link')}.",
+        f"The character can be in {share(summary.coverage)} of the free floor; it walks for "
+        f"{time(summary.walk.seconds)}.",
     ]
     if tried:
         said.append(f"Of {counted(len(tried), 'walk')} that were tried, the one with the fewest defects is shown.")

@@ -28,8 +28,9 @@ from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..exports.folder import check_folder, write_files
 from ..exports.report import scene_report_steps
 from ..results.advice import embedding_advice, start_advice
-from ..results.file import find_saved
-from ..results.state import embedding_is_stale, embedding_of, graph_is_stale, graph_of, results
+from ..results.file import take_saved
+from ..results.staleness import embedding_is_stale, graph_is_stale
+from ..results.store import embedding_of, graph_of, results
 from ..results.workflow import build_graph_steps, embed_scene_steps, keep_built, keep_embedded
 from ..walks.baking import bake_motion
 from ..walks.request import read_motion_request, read_request
@@ -119,7 +120,7 @@ def walk(options: argparse.Namespace, scene) -> dict:
         "walk": {
             "action": action.name,
             "seconds": made.duration,
-            "metres": results(scene).summary["walk_length"],
+            "metres": results(scene).summary.walk.length,
             "segments": len(made),
             "from": path[0, :2].tolist(),
             "to": path[-1, :2].tolist(),
@@ -289,7 +290,7 @@ def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
     if blend is not None:
         open_blend(blend)
     # Without a window, no timer does it.
-    find_saved()
+    take_saved()
     scene = find_scene(options.scene)
     with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
         _prepare(options, scene)

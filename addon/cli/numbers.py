@@ -6,7 +6,7 @@ import bpy
 
 from ...core.evaluation.floor import floor_cells
 from ..results.advice import clip_advice, embedding_advice, environment_advice
-from ..results.state import embedding_of, graph_of, results, whole_of
+from ..results.store import embedding_of, graph_of, results, whole_of
 
 
 def graph_numbers(scene) -> dict:
@@ -17,13 +17,13 @@ def graph_numbers(scene) -> dict:
         "scene": scene.name,
         "character": settings.character.name,
         "graph": {
-            "clips": summary["clips"],
-            "clips_played": summary["clips_played"],
+            "clips": summary.clips,
+            "clips_played": summary.clips_played,
             "segments": len(graph.segments),
             "links": len(graph.links),
             "max_cost": None if math.isnan(graph.max_cost) else float(graph.max_cost),
-            "motion_seconds": summary["motion_seconds"],
-            "dropped_seconds": summary["dropped_seconds"],
+            "motion_seconds": summary.motion_seconds,
+            "dropped_seconds": summary.dropped_seconds,
         },
     }
 
@@ -43,7 +43,7 @@ def embedding_numbers(scene) -> dict:
             "links": embedding.n_links,
         },
         "coverage": {
-            "share": summary["coverage"],
+            "share": summary.coverage,
             "square_metres": float(covered.sum() * cell),
             "free_square_metres": float(free.sum() * cell),
         },

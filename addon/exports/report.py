@@ -15,7 +15,7 @@ from ...core.report.page import Bullets, Figure, Section, html_page
 from ...core.report.scene_report import SceneReport, examine_scene_steps
 from ...core.report.table import table
 from ..results.findings import chart_of, find_finding, numbers_of, table_of
-from ..results.state import embedding_of
+from ..results.store import embedding_of
 
 
 def scene_report_steps(scene, thorough: bool) -> Generator[Progress, None, SceneReport]:

@@ -17,7 +17,8 @@ from ...core.report.png import png_bytes
 from ..bridge.write_colors import painted_cell_size, painted_colors
 from ..render.floor import floor_legend
 from ..results.findings import TOPICS, Topic, chart_of, find_finding, finding_is_stale, numbers_of, table_of
-from ..results.state import find_painted, results
+from ..results.shown import find_painted
+from ..results.store import results
 from .folder import write_files
 
 

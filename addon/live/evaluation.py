@@ -4,7 +4,7 @@ import gc
 import time
 from collections import deque
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from statistics import median
 
@@ -17,8 +17,8 @@ from ...core.motion.graph import MotionGraph
 from ...core.progress import Progress
 from ..jobs import Slices
 from ..render.floor import find_floor
-from ..results.painting import paint_floor
-from ..results.state import keep_embedding, results
+from ..results.shown import paint_floor
+from ..results.store import keep_embedding, results
 from ..scene.changes import shape_memory
 from ..scene.inputs import SceneShapes, environment_settings_fingerprint, make_environment_steps, read_shapes
 
@@ -193,9 +193,9 @@ class LiveEvaluation:
             described = environment_settings_fingerprint(scene), shapes.fingerprint
         self._spent["read"] = time.thread_time() - started
         fits = map_only or (found.embedding.graph is found.graph and found.made_from["embedding"] == described)
-        embedding, key = found.painted or (None, "")
-        is_painted = embedding is found.embedding and key == settings.map.key and find_floor(scene) is not None
-        if fits and is_painted and not self._repaint:
+        shown = found.painted
+        is_painted = shown is not None and shown.embedding is found.embedding and shown.key == settings.map.key
+        if fits and is_painted and find_floor(scene) is not None and not self._repaint:
             return
         task = _Round(
             graph=found.graph,
@@ -264,5 +264,6 @@ class LiveEvaluation:
         if embedding is None or found.embedding is not embedding:
             return
         started = time.thread_time()
-        found.summary.update(nodes=embedding.n_nodes, links=embedding.n_links, coverage=coverage_share(embedding))
+        nodes, links, share = embedding.n_nodes, embedding.n_links, coverage_share(embedding)
+        found.summary = replace(found.summary, nodes=nodes, links=links, coverage=share)
         self.seconds["count"] = time.thread_time() - started

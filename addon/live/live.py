@@ -18,7 +18,8 @@ from ..bridge import text
 from ..jobs import LongOperator
 from ..render.floor import find_floor
 from ..render.viewport import show_colors
-from ..results.state import MARK, has_pending, results
+from ..results.shown import MARK
+from ..results.store import has_pending, results
 from ..session import SESSION, Listener, redraw, start_timer, stop_timer
 from .evaluation import LiveEvaluation
 

@@ -1,7 +1,7 @@
 """What operators that ask questions of the embedding have in common."""
 
 from ..results.advice import stale_advice
-from ..results.state import embedding_of, results
+from ..results.store import embedding_of, results
 
 
 class LooksAtEmbedding:

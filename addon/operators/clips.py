@@ -11,7 +11,7 @@ from ..bridge.read_actions import read_clip
 from ..bridge.text import counted
 from ..bridge.write_action import write_clip
 from ..jobs import LongOperator
-from ..results.state import health_of, keep_health, keep_motion
+from ..results.clips import health_of, keep_health, keep_motion
 from ..scene.inputs import doctor_settings, read_character_steps
 from ..scene.motion_fingerprint import action_fingerprint
 from .mixins import NeedsCharacter, NeedsClips, NeedsRig, reports_errors

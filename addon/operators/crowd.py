@@ -5,7 +5,7 @@ import bpy
 from ..bridge.copies import find_copies
 from ..bridge.text import counted, length
 from ..jobs import LongOperator
-from ..results.state import find_walk
+from ..results.shown import find_walk
 from ..walks.crowd import CROWD_COLLECTION, crowd_walk_steps, keep_crowd, remove_crowd
 from .needs_embedding import NeedsEmbedding
 

@@ -6,7 +6,7 @@ from ...core.evaluation.why_not import lost_links_steps
 from ..bridge.text import counted, share, share_of
 from ..jobs import LongOperator
 from ..results.advice import embedding_advice
-from ..results.state import embedding_of, results
+from ..results.store import embedding_of, results
 from ..results.workflow import embed_scene_steps, keep_embedded
 from .asks_embedding import LooksAtEmbedding
 from .mixins import Needs

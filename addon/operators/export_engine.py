@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..jobs import LongOperator
-from ..results.state import embedding_of
+from ..results.store import embedding_of
 from .needs_embedding import NeedsEmbedding
 
 

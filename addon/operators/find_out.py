@@ -7,7 +7,7 @@ from ...core.report.topics import PRUNING_CURVE, TOPICS
 from ..exports.report import open_finding
 from ..jobs import LongOperator
 from ..results.findings import keep_finding
-from ..results.state import embedding_of, whole_of
+from ..results.store import embedding_of, whole_of
 from ..session import redraw
 from .asks_embedding import AsksEmbedding, LooksAtEmbedding
 

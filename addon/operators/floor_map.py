@@ -9,8 +9,8 @@ from ...core.progress import finish
 from ..jobs import LongOperator, Slices
 from ..render.screen_box import Box, BoxTheme, draw_box, guarded
 from ..render.viewport import show_colors
-from ..results.painting import paint_floor
-from ..results.state import embedding_of, results
+from ..results.shown import paint_floor
+from ..results.store import embedding_of, results
 from ..session import redraw
 from .asks_embedding import LooksAtEmbedding
 from .mixins import PicksOnFloor, clicked, ground_under, reports_errors, viewport_under

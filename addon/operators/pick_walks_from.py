@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..results.state import results
+from ..results.store import results
 from .asks_embedding import AsksEmbedding
 from .mixins import PicksOnFloor, clicked, ground_under, viewport_under
 

@@ -8,7 +8,7 @@ from ..bridge.text import amount, area, counted, share_of
 from ..jobs import LongOperator
 from ..results.findings import keep_finding
 from ..results.pruned import keep_pruning
-from ..results.state import results, whole_of
+from ..results.store import results, whole_of
 from .asks_embedding import AsksEmbedding
 
 

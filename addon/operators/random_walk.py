@@ -9,7 +9,7 @@ from ..bridge.text import counted, length, time
 from ..bridge.text import slide as slide_words
 from ..jobs import LongOperator
 from ..results.advice import start_advice
-from ..results.state import embedding_of, results
+from ..results.store import embedding_of, results
 from ..walks.baking import bake_motion
 from ..walks.request import read_motion_request, read_request, walk_problem
 from .needs_embedding import NeedsEmbedding
@@ -41,14 +41,13 @@ class WAYFARER_OT_random_walk(NeedsEmbedding, LongOperator, bpy.types.Operator):
     def apply(self, context, result):
         motion, start = result
         bake_motion(context.scene, motion)
-        numbers, walk = results(context.scene).summary, motion.walk
+        numbers, walk = results(context.scene).summary.walk, motion.walk
         advice = start_advice(start, walk)
         if advice:
             self.report({"WARNING"}, advice)
         slide = f", feet slide {slide_words(motion.after.mean_slide)}" if motion.after.feet else ""
         self.report(
             {"INFO"},
-            f"A walk of {time(walk.duration)} over {length(numbers['walk_length'])}, "
-            f"{counted(len(walk), 'segment')}{slide}",
+            f"A walk of {time(walk.duration)} over {length(numbers.length)}, {counted(len(walk), 'segment')}{slide}",
         )
         self.warn_if_stale(context.scene)

@@ -9,8 +9,8 @@ from ...core.report.topics.times import reach_finding
 from ..jobs import LongOperator
 from ..render.viewport import show_colors
 from ..results.findings import keep_finding
-from ..results.painting import paint_floor
-from ..results.state import embedding_of
+from ..results.shown import paint_floor
+from ..results.store import embedding_of
 from .asks_embedding import AsksEmbedding
 
 

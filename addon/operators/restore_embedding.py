@@ -4,7 +4,7 @@ import bpy
 
 from ..bridge.text import counted
 from ..results.pruned import restore_whole
-from ..results.state import embedding_of, results
+from ..results.store import embedding_of, results
 
 
 class WAYFARER_OT_restore_embedding(bpy.types.Operator):

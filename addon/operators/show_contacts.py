@@ -12,7 +12,7 @@ from ...core.report.table import Table, table
 from ..bridge.text import counted
 from ..exports.report import open_page
 from ..jobs import LongOperator
-from ..results.state import keep_contacts
+from ..results.clips import keep_contacts
 from ..scene.inputs import read_character_steps
 from .mixins import NeedsClips
 

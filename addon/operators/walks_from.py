@@ -11,7 +11,7 @@ from ..bridge.text import place as place_words
 from ..jobs import LongOperator
 from ..render.walk_fan import draw_walk_fan, remove_walk_fan
 from ..results.advice import start_advice
-from ..results.state import embedding_of, results
+from ..results.store import embedding_of, results
 from .asks_embedding import AsksEmbedding
 
 

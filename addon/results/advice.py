@@ -8,7 +8,8 @@ from ..bridge.tags import tag_names
 from ..bridge.text import length, number, rough, share
 from ..properties.environment import REGION_TYPES
 from ..scene.inputs import obstacle_objects
-from .state import embedding_changes, results
+from .staleness import embedding_changes
+from .store import results
 
 _SMALLEST = 0.4
 _LARGEST = 20.0
@@ -79,15 +80,15 @@ def embedding_advice(scene) -> list[str]:
             advice.append("Pruning has left nothing: keep more, or press Restore in Tuning")
     elif found.embedding.n_nodes == 0:
         advice.append("The character cannot go anywhere: no endless walk fits into this scene")
-    elif found.summary.get("coverage", 1.0) < _NEARLY_NOTHING:
+    elif found.summary.coverage < _NEARLY_NOTHING:
         advice.append(
-            f"Only {share(found.summary['coverage'])} of the free floor is covered; see the map Why Not, or add clips "
+            f"Only {share(found.summary.coverage)} of the free floor is covered; see the map Why Not, or add clips "
             "that turn, start and stop"
         )
     uneven = _uneven_advice(found)
     advice += uneven or _height_advice(scene.wayfarer.character, found.ground_height)
     advice += _hidden_advice(scene)
-    outside = found.summary.get("outside", [])
+    outside = found.summary.outside
     if outside:
         names = ", ".join(f"'{name}'" for name in outside[:_NAMED])
         more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
@@ -97,7 +98,7 @@ def embedding_advice(scene) -> list[str]:
 
 def _uneven_advice(found) -> list[str]:
     """About a ground that was not flat when it was embedded."""
-    name, low, high = found.summary.get("uneven") or ("", 0.0, 0.0)
+    name, low, high = found.summary.uneven or ("", 0.0, 0.0)
     # Live evaluation may have seen the ground elsewhere since.
     if not name or high != found.ground_height:
         return []

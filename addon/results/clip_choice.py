@@ -2,7 +2,7 @@
 
 from ...core.motion.mirror import MIRRORED
 from .findings import DELETION, find_finding, table_of
-from .state import results
+from .store import results
 
 
 def deletable_actions(scene) -> tuple[set[str], list[str]]:

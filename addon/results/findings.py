@@ -9,7 +9,8 @@ from ...core.report.drawing import Drawing
 from ...core.report.finding import Finding, Questions, Topic
 from ...core.report.table import Table, table
 from ...core.report.topics import DELETION, METRICS, PRUNING, PRUNING_CURVE, REACH, TOPICS
-from .state import embedding_is_stale, results
+from .staleness import embedding_is_stale
+from .store import results
 
 __all__ = ["DELETION", "METRICS", "PRUNING", "PRUNING_CURVE", "REACH", "TOPICS", "Finding", "Questions", "Topic"]
 

@@ -3,6 +3,8 @@
 The scene's settings hold the mark of the pruned embedding in use, so that undo and redo change it, too.
 """
 
+from dataclasses import replace
+
 import bpy
 
 from ...core.embedding.embedding import Embedding
@@ -41,7 +43,8 @@ def restore_whole(scene) -> None:
 def _use(scene, embedding: Embedding, whole: Embedding, size: EmbeddingSize) -> None:
     found = results(scene)
     found.embedding = embedding
-    found.summary.update(nodes=size.nodes, links=size.links, coverage=coverage_share(embedding, whole))
+    share = coverage_share(embedding, whole)
+    found.summary = replace(found.summary, nodes=size.nodes, links=size.links, coverage=share)
     # Blender tells of no change: the painted map follows when it is told to.
     map_changed(scene.wayfarer.map, None)
 

@@ -5,7 +5,7 @@ that keeps what came of it.
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mathutils import Vector
@@ -26,7 +26,8 @@ from ..scene.inputs import (
 )
 from ..scene.motion_fingerprint import actions_fingerprint
 from ..scene.relief import uneven_ground
-from .state import graph_of, keep_embedding, keep_graph, keep_motion, results
+from .clips import keep_motion
+from .store import graph_of, keep_embedding, keep_graph, results
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,9 @@ def keep_built(scene, built: BuiltGraph) -> None:
     keep_graph(scene, graph, built.actions)
     for name, motion in built.motions.items():
         keep_motion(scene, name, built.seen[name], motion)
-    results(scene).summary.update(
+    found = results(scene)
+    found.summary = replace(
+        found.summary,
         clips=built.n_clips,
         clips_played=len({segment.clip for segment in graph.segments}),
         motion_seconds=sum(segment.duration for segment in graph.segments),
@@ -105,12 +108,14 @@ def keep_embedded(scene, embedded: Embedded) -> None:
     """Keep an embedding, with its numbers, as that of the scene."""
     embedding = embedded.embedding
     keep_embedding(scene, embedding, embedded.shapes)
-    results(scene).summary.update(
+    found = results(scene)
+    found.summary = replace(
+        found.summary,
         nodes=embedding.n_nodes,
         links=embedding.n_links,
         coverage=embedded.share,
-        outside=list(embedded.outside),
-        uneven=list(embedded.uneven or ()),
+        outside=embedded.outside,
+        uneven=embedded.uneven,
     )
 
 

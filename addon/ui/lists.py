@@ -8,7 +8,7 @@ import bpy
 from ..bridge.clip_actions import action_seconds
 from ..bridge.tags import tag_names
 from ..bridge.text import scene_length, time, turn
-from ..results.state import health_of, motion_of
+from ..results.clips import health_of, motion_of
 
 _NAME_SHARES = (1.0, 0.7, 0.5, 0.36)
 """Part of a row's width for the name, by the number of columns beside it."""

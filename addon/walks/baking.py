@@ -14,7 +14,8 @@ from ..bridge.owned import OUTPUT, WALK_PROPERTY, ensure_collection
 from ..bridge.write_action import assign_action, write_clip
 from ..bridge.write_strips import find_strips, remove_strips, strip_cuts, write_strips
 from ..render.walk_curve import remove_walk_curve, walk_curve
-from ..results.state import keep_walk, results
+from ..results.shown import keep_walk
+from ..results.store import WalkNumbers, results
 
 WALK_NAME = "Wayfarer Walk"
 FIRST_FRAME = 1
@@ -68,8 +69,7 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
     _set_markers(scene, walk if settings.use_markers else None)
     settings.report.clear()
     length = float(np.linalg.norm(np.diff(walk.root_path[:, :2], axis=0), axis=1).sum())
-    found.summary.update(walk_seconds=walk.duration, walk_segments=len(walk), walk_length=length)
-    keep_walk(scene, walk, action)
+    keep_walk(scene, walk, WalkNumbers(walk.duration, length, len(walk)), action)
     return action
 
 

@@ -14,7 +14,7 @@ from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import WALK_PROPERTY
 from ..bridge.rig import bind_rig
 from ..bridge.write_action import write_clip
-from ..results.state import embedding_of
+from ..results.store import embedding_of
 from .baking import FIRST_FRAME, set_timeline
 from .request import read_motion_request, read_weighting
 

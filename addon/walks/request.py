@@ -13,7 +13,7 @@ from ...core.playback.styles import Place, WalkRequest
 from ...core.playback.walk_motion import MotionRequest
 from ...core.playback.weighted import ByGoodness, Evenly, PerClip, Weighting, by_variability, uniform
 from ..bridge.clip_actions import bake_problem
-from ..results.state import embedding_of
+from ..results.store import embedding_of
 from .curve_points import curve_points
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "NEGATIVE_X": (-1.0, 0.0, 0.0), "NEGATIVE_Y": (0.0, -1.0, 0.0)}

@@ -73,7 +73,7 @@ def many_actions(n_actions: int) -> dict:
     import bpy
 
     from bl_ext.user_default.wayfarer.addon.operators.clips import WAYFARER_OT_examine_clips
-    from bl_ext.user_default.wayfarer.addon.results import state, workflow
+    from bl_ext.user_default.wayfarer.addon.results import store, workflow
     from bl_ext.user_default.wayfarer.addon.results import watch as data_watch
     from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 
@@ -93,8 +93,8 @@ def many_actions(n_actions: int) -> dict:
     # What can be held in memory is built, for the rest of the work.
     settings.graph.max_cost, settings.graph.frame_rate = 0.08, 15.0
     workflow.keep_built(scene, watch.run("smaller_build", workflow.build_graph_steps(scene)))
-    watch.record["segments"] = len(state.results(scene).graph.segments)
-    watch.record["links"] = len(state.results(scene).graph.links)
+    watch.record["segments"] = len(store.results(scene).graph.segments)
+    watch.record["links"] = len(store.results(scene).graph.links)
     # What the timer does once changes have come to an end.
     watch.run("look", data_watch._look_steps(scene))
     return watch.record

@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 
 from bl_ext.user_default.wayfarer.addon.live import live
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import clips, staleness, store
 from tests.blender.meddler import NAMES, Meddler
 
 WEIGHTS = {
@@ -136,10 +136,10 @@ class Artist(Meddler):
 
     def sensible(self) -> str:
         """What someone would do next who wants to see the character walk."""
-        found = state.results(self.scene)
-        if found.graph is None or state.graph_is_stale(self.scene):
+        found = store.results(self.scene)
+        if found.graph is None or staleness.graph_is_stale(self.scene):
             return "build_motion_graph"
-        if found.embedding is None or state.embedding_is_stale(self.scene):
+        if found.embedding is None or staleness.embedding_is_stale(self.scene):
             return "embed"
         return self.random.choice(["paint_map", "random_walk", "prune", "restore_embedding", "embed"])
 
@@ -211,7 +211,7 @@ class Artist(Meddler):
         """What the timer does in a window."""
         self.settings.live = self.random.random() < 0.7
         evaluation = live.evaluation(self.scene)
-        if state.results(self.scene).embedding is not None:
+        if store.results(self.scene).embedding is not None:
             if evaluation.notice_settings(self.scene) or self.random.random() < 0.8:
                 evaluation.change(restart=self.random.random() < 0.5)
             for _ in range(self.random.choice([1, 1000])):
@@ -222,7 +222,7 @@ class Artist(Meddler):
     def remedy(self) -> None:
         self.call("examine_clips")
         for clip in self.settings.clips:
-            health = state.health_of(self.scene, clip.action) if clip.action else None
+            health = clips.health_of(self.scene, clip.action) if clip.action else None
             if health is not None and health.findings:
                 self.call("apply_remedy", action=clip.action.name, finding=0)
                 return

@@ -3,7 +3,7 @@
 import bpy
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.results import findings, state
+from bl_ext.user_default.wayfarer.addon.results import findings, store
 
 operators = bpy.ops.wayfarer
 BLOCKS = ("objects", "meshes", "actions", "collections", "curves", "materials", "images")
@@ -14,8 +14,8 @@ def run(*steps):
         assert getattr(operators, step)() == {"FINISHED"}
 
 
-def found() -> state.SceneResults:
-    return state.results(bpy.context.scene)
+def found() -> store.SceneResults:
+    return store.results(bpy.context.scene)
 
 
 def embedding():

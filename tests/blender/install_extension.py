@@ -69,9 +69,9 @@ def run_sample() -> dict:
 
 
 def numbers(scene) -> dict:
-    state = sys.modules[EXTENSION + ".addon.state"]
-    summary = state.results(scene).summary
-    return {name: summary[name] for name in ("nodes", "links", "walk_segments")}
+    store = sys.modules[EXTENSION + ".addon.results.store"]
+    summary = store.results(scene).summary
+    return {"nodes": summary.nodes, "links": summary.links, "walk_segments": summary.walk.segments}
 
 
 def check(new: str, older: str, work: Path) -> dict:

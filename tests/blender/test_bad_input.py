@@ -10,7 +10,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import check_bvh, guess_bvh_scale
 from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import clips, staleness, store
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import HIGHEST_RATE
 from bl_ext.user_default.wayfarer.core.progress import Progress, finish
@@ -97,7 +97,7 @@ def test_one_bad_clip_does_not_spoil_the_others(settings):
     bad = used_actions(settings)[0]
     curves_of(bad)[0].keyframe_points[5].co.y = float("nan")
     build("build_motion_graph")
-    graph = state.results(bpy.context.scene).graph
+    graph = store.results(bpy.context.scene).graph
     assert bad.name not in {clip.name for clip in graph.clips} and len(graph.clips) > 1
 
 
@@ -128,7 +128,7 @@ def test_a_stray_key_far_away(settings, frame):
     assert f"'{action.name}' goes from frame" in sentence and f"{frame:,}" in sentence
     assert "manual frame range" in sentence
     operators.examine_clips()
-    assert f"{frame:,}" in state.health_of(bpy.context.scene, action).problem
+    assert f"{frame:,}" in clips.health_of(bpy.context.scene, action).problem
     action.use_frame_range, action.frame_start, action.frame_end = True, *action.frame_range[:1], 90
     build("build_motion_graph")
 
@@ -183,7 +183,7 @@ def test_a_turned_and_evenly_scaled_character_is_fine(settings):
     settings.character.scale = (1.1, 1.1, 1.1)
     bpy.context.view_layer.update()
     build("build_motion_graph", "embed")
-    assert state.results(bpy.context.scene).embedding.n_nodes > 0
+    assert store.results(bpy.context.scene).embedding.n_nodes > 0
 
 
 def test_clips_without_root_motion_are_told(settings):
@@ -194,7 +194,7 @@ def test_clips_without_root_motion_are_told(settings):
     before = contents()
     assert operators.examine_clips() == {"FINISHED"}
     assert contents() == before
-    health = state.health_of(bpy.context.scene, action)
+    health = clips.health_of(bpy.context.scene, action)
     assert health is not None and health.findings
 
 
@@ -221,19 +221,19 @@ def test_a_ground_or_region_that_goes_with_the_character(embedded, what):
         environment.regions[0].object = badge
     build("embed")
     # A ground that is not asked for may be anything.
-    assert not state.embedding_is_stale(bpy.context.scene)
+    assert not staleness.embedding_is_stale(bpy.context.scene)
 
 
 def test_what_we_draw_is_neither_obstacle_nor_ground_nor_region(embedded):
     build("embed", "paint_map", "walks_from")
     scene, environment = bpy.context.scene, embedded.environment
-    nodes, floor = state.results(scene).embedding.n_nodes, bpy.data.objects["Wayfarer Floor"]
+    nodes, floor = store.results(scene).embedding.n_nodes, bpy.data.objects["Wayfarer Floor"]
     # With the obstacles, our own things are in one collection.
     for obj in list(environment.obstacles.all_objects):
         floor.users_collection[0].objects.link(obj)
     environment.obstacles = floor.users_collection[0]
     build("embed", "paint_map")
-    assert state.results(scene).embedding.n_nodes == nodes and not state.map_is_stale(scene)
+    assert store.results(scene).embedding.n_nodes == nodes and not staleness.map_is_stale(scene)
     environment.regions[0].object = floor
     assert "The region 'Wayfarer Floor' is what Wayfarer draws" in fails_and_changes_nothing(operators.embed)
     environment.regions.clear()
@@ -274,7 +274,7 @@ def test_names_that_differ_in_their_number_only(settings):
     operators.refresh_clips()
     assert copy.name != action.name
     build("build_motion_graph")
-    names = [clip.name for clip in state.results(bpy.context.scene).graph.clips]
+    names = [clip.name for clip in store.results(bpy.context.scene).graph.clips]
     assert len(set(names)) == len(names)
 
 
@@ -298,11 +298,11 @@ def test_a_camera_as_ground(embedded):
 
 def test_an_empty_mesh_among_the_obstacles_is_none(embedded):
     build("embed")
-    before = state.results(bpy.context.scene).embedding.n_nodes
+    before = store.results(bpy.context.scene).embedding.n_nodes
     embedded.environment.obstacles.objects.link(new_mesh_object("Nothing"))
     embedded.environment.obstacles.objects.link(new_mesh_object("Line", [(0, 0, 1), (0, 0, 1), (0, 0, 1)], [(0, 1, 2)]))
     build("embed")
-    assert state.results(bpy.context.scene).embedding.n_nodes <= before
+    assert store.results(bpy.context.scene).embedding.n_nodes <= before
 
 
 def test_a_ground_that_needs_too_much_memory(embedded):
@@ -335,16 +335,16 @@ def test_objects_deleted_while_referenced(embedded, name):
     build("embed")
     obj = bpy.data.objects.get(name) or embedded.environment.ground
     bpy.data.objects.remove(obj)
-    assert state.embedding_is_stale(bpy.context.scene)
+    assert staleness.embedding_is_stale(bpy.context.scene)
     # What is left is a scene like any other.
     with contextlib.suppress(RuntimeError):
         operators.embed()
-    state.embedding_changes(bpy.context.scene)
+    staleness.embedding_changes(bpy.context.scene)
 
 
 def test_obstacles_linked_from_a_library(embedded, tmp_path):
     build("embed")
-    own = state.results(bpy.context.scene).embedding
+    own = store.results(bpy.context.scene).embedding
     library = str(tmp_path / "Bücherei mit Leerzeichen.blend")
     obstacles = embedded.environment.obstacles
     bpy.data.libraries.write(library, {obstacles}, fake_user=True)
@@ -357,7 +357,7 @@ def test_obstacles_linked_from_a_library(embedded, tmp_path):
     bpy.context.scene.collection.children.link(linked.collections[0])
     embedded.environment.obstacles = linked.collections[0]
     build("embed")
-    assert state.results(bpy.context.scene).embedding.planes == own.planes
+    assert store.results(bpy.context.scene).embedding.planes == own.planes
     build("paint_map", "random_walk")
 
 
@@ -380,7 +380,7 @@ def test_two_million_triangles(embedded):
     embedded.environment.obstacles.objects.link(terrain)
     assert 2 * len(quads) == 2_000_000
     build("embed")
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     grid, free = embedding.environment.grid, embedding.environment.free_cells()
     peak = tuple(grid.cells(np.array([2.0, -2.0])))
     assert not free[peak] and free.mean() > 0.3

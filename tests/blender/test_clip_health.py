@@ -8,7 +8,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import clips
 from bl_ext.user_default.wayfarer.core.motion import quat
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
 from bl_ext.user_default.wayfarer.core.motion.in_place import missing_speed
@@ -17,7 +17,7 @@ operators = bpy.ops.wayfarer
 
 
 def health(action):
-    return state.health_of(bpy.context.scene, action)
+    return clips.health_of(bpy.context.scene, action)
 
 
 def titles(action) -> list[str]:

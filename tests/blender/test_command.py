@@ -15,7 +15,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.cli import command
 from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells
 from bl_ext.user_default.wayfarer.core.evaluation.variability import floor_variability
 from dev import copy_shipped
@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def scene_results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 @pytest.fixture
@@ -128,7 +128,7 @@ def test_walk_is_baked_and_saved_only_where_told(sample_file, run, tmp_path):
     assert found.walk.duration == pytest.approx(numbers["walk"]["seconds"])
     assert (scene.frame_start, scene.frame_end) == tuple(numbers["walk"]["frames"])
     assert scene.wayfarer.character.animation_data.action.name == numbers["walk"]["action"]
-    assert not state.walk_is_stale(scene)
+    assert not staleness.walk_is_stale(scene)
     # The styles of the panel: a loop ends where it began.
     code, out, err = run("walk", "--duration", 5, "--set", "style=LOOP", "--json", "-")
     assert code == 0, err

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import clips, staleness
 from bl_ext.user_default.wayfarer.addon.scene import inputs
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.contacts import foot_contacts
@@ -24,16 +24,16 @@ def settings(sample_settings):
 def test_shares_are_those_of_the_contacts(settings):
     settings.active_clip = next(i for i, clip in enumerate(settings.clips) if clip.use)
     action = settings.active_action()
-    assert state.contacts_of(bpy.context.scene, action) is None
+    assert clips.contacts_of(bpy.context.scene, action) is None
     assert operators.show_contacts() == {"FINISHED"}
-    shares = state.contacts_of(bpy.context.scene, action)
+    shares = clips.contacts_of(bpy.context.scene, action)
     left, right = foot_contacts(read_clip(settings.character, action)).T
     assert (shares.left, shares.right) == (left.mean(), right.mean())
     assert (shares.both, shares.none) == ((left & right).mean(), (~left & ~right).mean())
     assert 0.4 < shares.left < 0.9
     # Another idea of a planted foot: the numbers do not fit any more.
     settings.contacts.height = 0.01
-    assert state.contacts_of(bpy.context.scene, action) is None
+    assert clips.contacts_of(bpy.context.scene, action) is None
 
 
 def test_the_page_shows_every_clip(settings):
@@ -44,7 +44,7 @@ def test_the_page_shows_every_clip(settings):
     # A table of shares below: a row for each clip, and its head.
     assert page.count("<tr>") == len(used) + 1
     for name in used:
-        shares = state.contacts_of(bpy.context.scene, bpy.data.actions[name])
+        shares = clips.contacts_of(bpy.context.scene, bpy.data.actions[name])
         assert f'<td>{name}</td><td class="number">{share(shares.left)}</td>' in page
     assert not bpy.data.images
 
@@ -79,6 +79,6 @@ def test_contradicting_thresholds_are_reported(settings):
 def test_feet_make_the_graph_stale(settings):
     operators.build_motion_graph()
     scene = bpy.context.scene
-    assert not state.graph_is_stale(scene)
+    assert not staleness.graph_is_stale(scene)
     settings.contacts.left_foot = "LeftFoot"
-    assert state.graph_is_stale(scene)
+    assert staleness.graph_is_stale(scene)

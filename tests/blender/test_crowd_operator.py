@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown
 from bl_ext.user_default.wayfarer.addon.walks.crowd import CROWD_COLLECTION, crowd_walk_steps
 
 operators = bpy.ops.wayfarer
@@ -170,7 +170,7 @@ def test_the_walk_of_the_character_stays(settings, capfd):
     assert operators.random_walk() == {"FINISHED"}
     action = bpy.context.scene.wayfarer.character.animation_data.action
     assert operators.crowd() == {"FINISHED"}
-    assert state.find_walk(bpy.context.scene) == action
+    assert shown.find_walk(bpy.context.scene) == action
     # It is no walker of the crowd, and may walk into one.
     assert "keeps no distance from the crowd" in capfd.readouterr().out
     assert operators.random_walk() == {"FINISHED"}

@@ -17,7 +17,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.read_actions import FRAME_RATE_PR
 from bl_ext.user_default.wayfarer.addon.cli import command
 from bl_ext.user_default.wayfarer.addon.exports.engine import CLIPS_FILE, engine_folder_steps, write_engine_folder
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.core.errors import ExportError
 from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files_steps
 from bl_ext.user_default.wayfarer.core.progress import finish
@@ -57,7 +57,7 @@ def hide_character(settings):
 def embedded():
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
     assert bpy.ops.wayfarer.embed() == {"FINISHED"}
-    return state.results(bpy.context.scene).embedding
+    return store.results(bpy.context.scene).embedding
 
 
 def scene_state():

@@ -5,7 +5,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown
 
 operators = bpy.ops.wayfarer
 
@@ -51,11 +51,11 @@ def test_a_floor_that_live_makes_is_a_step_of_undo(settings):
     bpy.ops.ed.undo_push(message="Delete")
     evaluation = LiveEvaluation()
     follow(evaluation)
-    assert floor() is not None and state.find_painted(bpy.context.scene) is not None
+    assert floor() is not None and shown.find_painted(bpy.context.scene) is not None
     bpy.ops.ed.undo()
     assert floor() is None
     bpy.ops.ed.redo()
-    assert floor() is not None and state.find_painted(bpy.context.scene) == floor()
+    assert floor() is not None and shown.find_painted(bpy.context.scene) == floor()
     # What an existing floor shows is none: one step back is the place before.
     before = place()
     move(0.3)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_colors
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown, staleness, store
 from bl_ext.user_default.wayfarer.addon.results.workflow import build_graph_steps
 from bl_ext.user_default.wayfarer.addon.scene.inputs import (
     graph_settings,
@@ -115,30 +115,30 @@ def is_same_motion(clip: MotionClip, other: MotionClip) -> bool:
 def assert_fresh_is_fresh() -> set[str]:
     """What is not called stale is what comes out when everything is computed anew, from scratch; what that was."""
     scene = bpy.context.scene
-    found = state.results(scene)
-    if found.graph is None or state.graph_is_stale(scene):
+    found = store.results(scene)
+    if found.graph is None or staleness.graph_is_stale(scene):
         return set()
     graph = rebuilt(scene, found.graph)
     assert graph.links.tolist() == found.graph.links.tolist(), "a stale motion graph is shown as fresh"
     for new, old in zip(graph.segments, found.graph.segments, strict=True):
         # Not to the last bit: where the character stands makes no difference but in rounding.
         np.testing.assert_allclose(new.path, old.path, 1e-5, 1e-5, err_msg="a stale motion graph is shown as fresh")
-    if found.embedding is None or state.embedding_is_stale(scene):
+    if found.embedding is None or staleness.embedding_is_stale(scene):
         return {"graph"}
     environment = make_environment(scene, read_shapes(scene, bpy.context.evaluated_depsgraph_get()))
     embedding = embed(found.graph, environment, scene.wayfarer.embedding.to_core())
     whole = found.whole
     assert (embedding.n_nodes, embedding.planes) == (whole.n_nodes, whole.planes), "a stale embedding is shown as fresh"
     fresh = {"graph", "embedding"}
-    floor = state.find_painted(scene)
-    if floor is not None and not state.map_is_stale(scene) and floor.mode == "OBJECT" and is_whole(floor):
+    floor = shown.find_painted(scene)
+    if floor is not None and not staleness.map_is_stale(scene) and floor.mode == "OBJECT" and is_whole(floor):
         wanted = scene.wayfarer.map
         painted = finish(wanted.kind.paint_steps(found.embedding, wanted.to_core()))
         np.testing.assert_allclose(
             painted_colors(floor), painted.colors, atol=1e-6, err_msg="a stale map is shown as fresh"
         )
         fresh.add("painted")
-    if state.find_walk(scene) is not None and not state.walk_is_stale(scene):
+    if shown.find_walk(scene) is not None and not staleness.walk_is_stale(scene):
         x, y, heading, segment = (found.walk.states % found.embedding.shape).T
         assert found.embedding.node_mask()[x, y, heading, segment].all(), "a stale walk is shown as fresh"
         fresh.add("walk")
@@ -155,10 +155,10 @@ def is_whole(floor) -> bool:
 
 
 JUST_MADE = {
-    "build_motion_graph": state.graph_is_stale,
-    "embed": state.embedding_is_stale,
-    "paint_map": state.map_is_stale,
-    "random_walk": state.walk_is_stale,
+    "build_motion_graph": staleness.graph_is_stale,
+    "embed": staleness.embedding_is_stale,
+    "paint_map": staleness.map_is_stale,
+    "random_walk": staleness.walk_is_stale,
 }
 """What an operator has made is not stale, unless what it was made from is."""
 
@@ -167,7 +167,7 @@ def an_episode(artist: Artist, seen: Counter, capfd) -> None:
     handlers, piled = our_handlers(), Counter()
     for _ in range(EPISODE):
         counts, before = datablocks(), orphans()
-        stale_before = [state.graph_is_stale(bpy.context.scene), state.embedding_is_stale(bpy.context.scene)]
+        stale_before = [staleness.graph_is_stale(bpy.context.scene), staleness.embedding_is_stale(bpy.context.scene)]
         name = artist.step()
         printed = "".join(capfd.readouterr())
         assert "Traceback" not in printed, printed[printed.index("Traceback") :]
@@ -186,11 +186,11 @@ def an_episode(artist: Artist, seen: Counter, capfd) -> None:
             made_of_stale = any(stale_before[:index])
             assert made_of_stale or not JUST_MADE[name](bpy.context.scene), f"what {name} has made is stale at once"
         if name in ("paint_map", "find_reach") and not artist.failed:
-            assert is_whole(state.find_painted(bpy.context.scene)), f"{name} has not painted the whole floor"
+            assert is_whole(shown.find_painted(bpy.context.scene)), f"{name} has not painted the whole floor"
         assert our_handlers() == handlers, "handlers pile up"
         if artist.random.random() < 0.3:
             seen.update(f"fresh {kind}" for kind in assert_fresh_is_fresh())
-    assert len(SESSION.all(state.SceneResults)) <= len(bpy.data.scenes) + 4, "results of scenes that are gone pile up"
+    assert len(SESSION.all(store.SceneResults)) <= len(bpy.data.scenes) + 4, "results of scenes that are gone pile up"
 
 
 def test_random_steps(small_file, tmp_path, capfd):
@@ -229,20 +229,20 @@ def test_names_of_actions_are_no_part_of_a_graph(small_file):
     bpy.ops.wm.open_mainfile(filepath=small_file)
     scene = bpy.context.scene
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
-    known = state.results(scene).graph
+    known = store.results(scene).graph
     scene.wayfarer.clips[0].action.name = "zzz"
     bpy.ops.wayfarer.refresh_clips()
     # Or this would test nothing: made in the order in which they are listed now, it is another graph.
     assert finish(build_graph_steps(scene)).graph.links.tolist() != known.links.tolist()
-    assert not state.graph_is_stale(scene) and assert_fresh_is_fresh() == {"graph"}
+    assert not staleness.graph_is_stale(scene) and assert_fresh_is_fresh() == {"graph"}
     # As if nobody had told of another key.
     action = scene.wayfarer.clips[0].action
     curve = action.layers[0].strips[0].channelbag(action.slots[0]).fcurves[10]
     for point in curve.keyframe_points:
         point.co.y += 0.3
-    found = state.results(scene)
+    found = store.results(scene)
     found.made_from["graph"] = (found.made_from["graph"][0], actions_fingerprint(scene))
-    assert not state.graph_is_stale(scene)
+    assert not staleness.graph_is_stale(scene)
     with pytest.raises(AssertionError, match="stale motion graph"):
         assert_fresh_is_fresh()
 
@@ -254,7 +254,7 @@ def test_a_stale_embedding_would_be_seen(sample_settings):
     scene = bpy.context.scene
     bpy.data.objects["Table"].location.x += 1
     bpy.context.view_layer.update()
-    found = state.results(scene)
+    found = store.results(scene)
     # As if nobody had told of the change.
     found.made_from["embedding"] = (
         found.made_from["embedding"][0],

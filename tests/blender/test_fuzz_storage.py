@@ -15,7 +15,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from bl_ext.user_default.wayfarer.addon.results import file as storage
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
+from bl_ext.user_default.wayfarer.core.archive import archive_to_bytes
+
+from .saved_results import content_of, sealed
 
 EFFORT = int(os.environ.get("WAYFARER_FUZZ", "1"))
 # No shrinking: what is found is small enough, and takes long enough.
@@ -37,7 +40,7 @@ def kept(small_file) -> "Parts":
     for step in ("build_motion_graph", "embed", "count_lost_links", "prune", "paint_map", "random_walk"):
         assert getattr(bpy.ops.wayfarer, step)() == {"FINISHED"}
     parts = Parts(storage.encoded_results(bpy.context.scene))
-    assert {"embedding", "whole", "walk", "header", "sha256"} == set(parts)
+    assert {"embedding", "whole", "results"} == set(parts)
     return parts
 
 
@@ -52,15 +55,15 @@ def empty_scene():
     """In place of the one that opens an empty file before every test."""
 
 
-def as_read(parts: dict) -> state.SceneResults:
+def as_read(parts: dict) -> store.SceneResults:
     """What is read of parts that a file holds."""
     scene = bpy.context.scene
     scene[storage.PROPERTY] = parts
-    storage._after_load()
-    return state.results(scene)
+    storage.take_saved()
+    return store.results(scene)
 
 
-def assert_refused_or_usable(found: state.SceneResults) -> bool:
+def assert_refused_or_usable(found: store.SceneResults) -> bool:
     """Whether it was read: then panels, maps and walks can work with it; else a sentence says why not."""
     scene = bpy.context.scene
     if found.problem:
@@ -69,19 +72,15 @@ def assert_refused_or_usable(found: state.SceneResults) -> bool:
         assert found.problem.endswith("Compute anew") and len(found.problem) < 2000, found.problem
         return False
     numbers = found.summary
-    told = f"{numbers['nodes']:,} {numbers['links']:,} {numbers['coverage']:.0%} {numbers['clips_played']:,}"
+    told = f"{numbers.nodes:,} {numbers.links:,} {numbers.coverage:.0%} {numbers.clips_played:,}"
     assert told and found.embedding.n_links >= 0 and found.embedding.node_mask().shape == found.embedding.shape
-    assert state.lost_links(scene) is None or state.lost_links(scene).possible >= 0
+    assert store.lost_links(scene) is None or store.lost_links(scene).possible >= 0
     assert len(found.graph_summary.hubs(3)) > 0
-    if isinstance(found.walk, state.OutdatedWalk):
-        assert found.walk.changes and state.walk_changes(scene) in ((), found.walk.changes)
+    if isinstance(found.walk, store.OutdatedWalk):
+        assert found.walk.changes and staleness.walk_changes(scene) in ((), found.walk.changes)
     elif found.walk is not None:
         assert np.isfinite(found.walk.root_path).all() and found.walk.duration > 0
     return True
-
-
-def sealed(parts: dict) -> dict:
-    return {**parts, "sha256": storage.checksum(parts)}
 
 
 @settings(max_examples=60 * EFFORT, **FUZZ)
@@ -119,7 +118,7 @@ SOME = st.sampled_from([None, -1, 10**400, 1e308, float("nan"), "x", "9" * 5000,
 @given(st.data())
 def test_made_up_headers_are_refused_or_do_no_harm(kept, data):
     """Sound by their checksum: any entry, however deep, may be missing or another."""
-    header = json.loads(kept["header"])
+    header, _ = content_of(kept)
     if data.draw(st.booleans()):
         header["outdated_map"], header["outdated_walk"] = header.pop("painted"), [header.pop("walk"), "a reason"]
     place = header
@@ -133,7 +132,12 @@ def test_made_up_headers_are_refused_or_do_no_harm(kept, data):
         place[key] = data.draw(SOME)
     else:
         del place[key]
-    assert_refused_or_usable(as_read(sealed({**kept, "header": json.dumps(header)})))
+    assert_refused_or_usable(as_read(remade_with(kept, header)))
+
+
+def remade_with(parts: dict, content) -> dict:
+    """The parts with a main archive of this content."""
+    return {**parts, storage.MAIN: archive_to_bytes(storage.FORMAT, content, content_of(parts)[1])}
 
 
 def npy(array: np.ndarray) -> bytes:
@@ -176,9 +180,9 @@ def test_hostile_archives_are_refused(kept, tmp_path):
     bomb = bytes(30_000_000)
     deep = b"[" * 200_000
     objects = npy(np.array([Tripwire()], dtype=object))
-    for name in ("embedding", "whole", "walk"):
+    for name in ("embedding", "whole", "results"):
         raw = parts[name]
-        member = {"walk": "states"}.get(name, "planes")
+        member = {"results": "states"}.get(name, "planes")
         with zipfile.ZipFile(io.BytesIO(raw)) as old:
             arrays = json.loads(old.read("header.npy").split(b"\n", 1)[1])["arrays"]
         hostile = {
@@ -196,9 +200,10 @@ def test_hostile_archives_are_refused(kept, tmp_path):
             "nothing": b"",
         }
         for how, made_up in hostile.items():
-            found = as_read(sealed({**parts, name: made_up}))
+            changed = {**parts, name: made_up}
+            found = as_read(changed if name == storage.MAIN else sealed(changed, parts))
             assert not assert_refused_or_usable(found), f"{name}: {how}"
-    for header in ("[" * 200_000, '{"version": 1' + "0" * 5000 + "}", "NaN", '"x"', "[]", '{"version": "1"}'):
-        assert not assert_refused_or_usable(as_read(sealed({**parts, "header": header}))), header[:40]
+    for content in (["["] * 1000, {"parts": 10**400}, float("nan"), "x", [], {"summary": "1"}):
+        assert not assert_refused_or_usable(as_read(remade_with(parts, content))), content
     assert not os.path.exists(Tripwire.folder)
     assert assert_refused_or_usable(as_read(parts))

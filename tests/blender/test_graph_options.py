@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.addon.scene import inputs
 from bl_ext.user_default.wayfarer.core.motion.distance import joint_weights
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import ThresholdMode
@@ -22,15 +22,15 @@ def settings(sample_settings):
 
 def built():
     assert operators.build_motion_graph() == {"FINISHED"}
-    return state.results(bpy.context.scene).graph
+    return store.results(bpy.context.scene).graph
 
 
 def test_mirrored_clips_are_added(settings):
     plain = built()
     settings.graph.mirror_clips = True
-    assert state.graph_is_stale(bpy.context.scene)
+    assert staleness.graph_is_stale(bpy.context.scene)
     graph = built()
-    assert not state.graph_is_stale(bpy.context.scene)
+    assert not staleness.graph_is_stale(bpy.context.scene)
     names = [clip.name for clip in plain.clips]
     assert [clip.name for clip in graph.clips] == names + [f"{name} (mirrored)" for name in names]
     original = read_clip(settings.character, bpy.data.actions[names[0]])
@@ -53,13 +53,13 @@ def test_a_rig_that_cannot_be_mirrored_says_which_bones(settings):
     settings.graph.mirror_clips = True
     with pytest.raises(RuntimeError, match=r"cannot be mirrored: .*LeftForeArm|cannot be mirrored: .*LeftHand"):
         operators.build_motion_graph()
-    assert state.results(bpy.context.scene).graph is None
+    assert store.results(bpy.context.scene).graph is None
 
 
 def test_headings_are_steadied(settings):
     plain = built()
     settings.graph.steady_heading = True
-    assert state.graph_is_stale(bpy.context.scene)
+    assert staleness.graph_is_stale(bpy.context.scene)
     steady = built()
     for clip, before in zip(steady.clips, plain.clips, strict=True):
         assert clip.name == before.name
@@ -93,9 +93,9 @@ def test_only_what_the_mode_heeds_makes_the_graph_stale(settings):
     built()
     scene = bpy.context.scene
     settings.graph.max_links += 1
-    assert not state.graph_is_stale(scene)
+    assert not staleness.graph_is_stale(scene)
     settings.graph.threshold_mode = ThresholdMode.LINKS.name
-    assert state.graph_is_stale(scene)
+    assert staleness.graph_is_stale(scene)
 
 
 def test_weights_are_guessed_and_heeded(settings):
@@ -112,7 +112,7 @@ def test_weights_are_guessed_and_heeded(settings):
     np.testing.assert_array_equal(same.links, plain.links)
     np.testing.assert_allclose(same.link_costs, plain.link_costs)
     graph.joint_weights["LeftUpLeg"].weight = graph.joint_weights["RightUpLeg"].weight = 0.0
-    assert state.graph_is_stale(scene)
+    assert staleness.graph_is_stale(scene)
     other = built()
     assert other.links.shape != plain.links.shape or not np.allclose(other.link_costs, plain.link_costs)
     # They belong to these bones.
@@ -122,7 +122,7 @@ def test_weights_are_guessed_and_heeded(settings):
 
 def test_the_summary_is_that_of_the_graph(settings):
     graph = built()
-    summary = state.results(bpy.context.scene).graph_summary
+    summary = store.results(bpy.context.scene).graph_summary
     best = summary.hubs(1)[0]
     degrees = [(graph.links[:, 1] == i).sum() * (graph.links[:, 0] == i).sum() for i in range(len(graph.segments))]
     assert degrees[best] == max(degrees) > 0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.properties import GroundSource
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.core.errors import SceneError
 
@@ -70,11 +70,11 @@ def test_typed_in_needs_neither_ground_nor_obstacles(sample_settings):
     environment.ground_source = GroundSource.TYPED.name
     environment.ground_low, environment.ground_high = (0, 0), (6, 5)
     assert operators.embed() == {"FINISHED"}
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     assert embedding.shape[:2] == (24, 20) and embedding.n_nodes > 0
-    assert not state.embedding_is_stale(bpy.context.scene)
+    assert not staleness.embedding_is_stale(bpy.context.scene)
     environment.ground_high[1] = 6
-    assert state.embedding_is_stale(bpy.context.scene)
+    assert staleness.embedding_is_stale(bpy.context.scene)
 
 
 def test_radius_from_the_character():

@@ -9,7 +9,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.write_colors import ATTRIBUTE
 from bl_ext.user_default.wayfarer.addon.live import live
 from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.addon.scene import changes as scene_changes
 from bl_ext.user_default.wayfarer.addon.scene.inputs import make_environment, read_shapes
 from bl_ext.user_default.wayfarer.addon.session import SESSION, Listener
@@ -27,7 +27,7 @@ def settings(sample_settings):
 
 
 def results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def painted() -> np.ndarray:
@@ -68,16 +68,16 @@ def test_the_map_follows_an_obstacle(settings, budget):
     run(evaluation)
     assert results().embedding is before and not evaluation.seconds, "nothing has changed"
     move()
-    assert state.map_is_stale(bpy.context.scene)
+    assert staleness.map_is_stale(bpy.context.scene)
     evaluation.change()
     n_steps = run(evaluation, budget)
     assert (n_steps > 10) == (budget == 0.0)
     found = results()
-    assert found.embedding is not before and not state.map_is_stale(bpy.context.scene)
+    assert found.embedding is not before and not staleness.map_is_stale(bpy.context.scene)
     assert not np.array_equal(painted(), colors)
     assert set(evaluation.seconds) == {"read", "environment", "embed", "map", "paint", "count"}
-    assert found.summary["nodes"] == found.embedding.n_nodes and found.summary["links"] == found.embedding.n_links
-    assert found.summary["map_highest"] == floor_variability(found.embedding).max()
+    assert found.summary.nodes == found.embedding.n_nodes and found.summary.links == found.embedding.n_links
+    assert found.painted.numbers["map_highest"] == floor_variability(found.embedding).max()
     followed = painted()
     planes, expected = anew()
     assert found.embedding.planes == planes
@@ -107,7 +107,7 @@ def test_the_map_follows_settings(settings):
     evaluation.change()
     run(evaluation)
     assert results().embedding is embedding and floor_legend(find_floor(scene)).title == "Why Not"
-    assert "embed" not in evaluation.seconds and not state.map_is_stale(scene)
+    assert "embed" not in evaluation.seconds and not staleness.map_is_stale(scene)
     settings.embedding.position_rate *= 0.5
     evaluation.change()
     run(evaluation)
@@ -120,7 +120,7 @@ def test_without_live_only_the_map_follows_its_settings(settings):
     settings.map.use_heading = True
     evaluation.change()
     run(evaluation, map_only=True)
-    assert results().embedding is embedding and state.embedding_is_stale(bpy.context.scene)
+    assert results().embedding is embedding and staleness.embedding_is_stale(bpy.context.scene)
     assert "Heading" in floor_legend(find_floor(bpy.context.scene)).title
     evaluation.change()
     run(evaluation)
@@ -141,7 +141,7 @@ def test_changes_during_the_work_start_it_again(settings):
     planes, expected = anew()
     assert results().embedding.planes == planes
     np.testing.assert_array_equal(followed, expected)
-    assert not state.embedding_is_stale(scene)
+    assert not staleness.embedding_is_stale(scene)
 
 
 def test_a_round_may_come_to_its_end_before_the_next(settings):
@@ -156,7 +156,7 @@ def test_a_round_may_come_to_its_end_before_the_next(settings):
         if not shown or results().embedding is not shown[-1]:
             shown.append(results().embedding)
     assert len(shown) >= 2, "both the first place and the second were shown"
-    assert not state.embedding_is_stale(scene)
+    assert not staleness.embedding_is_stale(scene)
 
 
 def test_settings_that_change_unnoticed_start_it_again(settings):
@@ -166,7 +166,7 @@ def test_settings_that_change_unnoticed_start_it_again(settings):
         evaluation.step(scene, bpy.context.evaluated_depsgraph_get(), 0.0)
     settings.environment.radius += 0.05
     run(evaluation)
-    assert not state.map_is_stale(scene)
+    assert not staleness.map_is_stale(scene)
 
 
 # ----------------------------------------------------------------------------- before Blender draws
@@ -208,7 +208,7 @@ def test_the_map_is_in_the_same_evaluation_as_the_change(settings, before_drawin
         # Once: what was painted was evaluated without another call.
         assert before_drawing == [True]
         before_drawing.clear()
-        assert evaluation.painted and not state.map_is_stale(scene) and not np.array_equal(painted(), colors)
+        assert evaluation.painted and not staleness.map_is_stale(scene) and not np.array_equal(painted(), colors)
         colors = painted()
         shown = find_floor(scene).evaluated_get(bpy.context.evaluated_depsgraph_get()).data
         evaluated = np.empty_like(colors)
@@ -217,9 +217,9 @@ def test_the_map_is_in_the_same_evaluation_as_the_change(settings, before_drawin
         assert before_drawing == []
     # What the panel tells comes later.
     assert not evaluation.done and scene is not None
-    nodes = results().summary["nodes"]
+    nodes = results().summary.nodes
     run(evaluation)
-    assert results().summary["nodes"] == results().embedding.n_nodes != nodes
+    assert results().summary.nodes == results().embedding.n_nodes != nodes
     planes, expected = anew()
     assert results().embedding.planes == planes
     np.testing.assert_array_equal(colors, expected)
@@ -242,7 +242,7 @@ def test_what_does_not_come_in_time_is_left_to_the_timer(settings, before_drawin
     assert before_drawing == [False, False] and evaluation.working
     np.testing.assert_array_equal(painted(), colors)
     run(evaluation)
-    assert not state.map_is_stale(bpy.context.scene)
+    assert not staleness.map_is_stale(bpy.context.scene)
 
 
 @pytest.mark.parametrize(("pictures", "in_time"), [(0.02, False), (0.06, True), (1.0, True)])
@@ -335,7 +335,7 @@ def test_it_is_no_step_of_undo(settings):
     evaluation.forget()
     run(evaluation)
     np.testing.assert_array_equal(painted(), colors)
-    assert not state.map_is_stale(bpy.context.scene)
+    assert not staleness.map_is_stale(bpy.context.scene)
     bpy.ops.ed.redo()
     evaluation.forget()
     run(evaluation)
@@ -507,7 +507,7 @@ def test_what_is_remembered_is_what_is_there(settings):
         shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get())
         environment = results().embedding.environment
         np.testing.assert_array_equal(environment.blocked, make_environment(scene, shapes).blocked)
-        assert not state.embedding_is_stale(scene)
+        assert not staleness.embedding_is_stale(scene)
         blocked.append(environment.blocked.sum())
     assert len(set(blocked[:6])) == 6, "one of the changes made no difference"
 

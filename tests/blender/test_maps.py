@@ -8,7 +8,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.properties.graph_names import clip_names, segment_names
 from bl_ext.user_default.wayfarer.addon.render.floor import LEGEND_PROPERTY, find_floor, floor_legend, put_on_floor
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.environment.grid import Grid
 from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 from bl_ext.user_default.wayfarer.core.evaluation.detours import detours_steps
@@ -39,7 +39,7 @@ def embedding(sample_file):
         clip.use = clip.action.name.startswith(("walk", "turn_left", "turn_right_90", "arc"))
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
-    return state.results(bpy.context.scene).embedding
+    return store.results(bpy.context.scene).embedding
 
 
 @pytest.fixture
@@ -230,9 +230,9 @@ def test_goals(settings):
         operators.paint_map()
     settings.map.goal = "CURSOR"
     assert operators.paint_map() == {"FINISHED"}
-    assert not state.map_is_stale(scene)
+    assert not staleness.map_is_stale(scene)
     scene.cursor.location.x += 0.5
-    assert state.map_is_stale(scene)
+    assert staleness.map_is_stale(scene)
 
 
 # ------------------------------------------------------------------------------------------- weak spots
@@ -286,16 +286,16 @@ def test_the_floor_lies_higher_where_it_is_looked_at_from_farther_away(size):
 
 
 def test_segments_are_offered_by_name(settings):
-    graph = state.results(bpy.context.scene).graph
+    graph = store.results(bpy.context.scene).graph
     assert segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
     found = segment_names(settings.map, bpy.context, "ARC")
     assert found and all("arc" in name for name in found)
     # Maps, walks and questions are of what was embedded, whatever was built since.
     settings.graph.mirror_clips = True
     assert operators.build_motion_graph() == {"FINISHED"}
-    assert state.results(bpy.context.scene).graph is not graph
+    assert store.results(bpy.context.scene).graph is not graph
     assert segment_names(settings.map, bpy.context, "") == [segment.name for segment in graph.segments]
-    assert any("mirror" in clip.name for clip in state.results(bpy.context.scene).graph.clips)
+    assert any("mirror" in clip.name for clip in store.results(bpy.context.scene).graph.clips)
     clips = clip_names(settings.walk, bpy.context, "")
     assert clips and not any("mirror" in name for name in clips)
 

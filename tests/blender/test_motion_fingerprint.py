@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.addon.scene.inputs import read_character, read_character_steps
 from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import action_fingerprint, actions_fingerprint
 from bl_ext.user_default.wayfarer.addon.session import SESSION
@@ -353,7 +353,7 @@ def test_the_graph_is_stale_when_what_it_was_read_beside_has_moved(opened, how):
         ride = keyed(beside, "location", 0)
         rig.parent = beside
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
-    assert state.graph_changes(scene) == ()
+    assert staleness.graph_changes(scene) == ()
     before = read_character(scene)[0][0].world
     if how == "parent":
         ride.keyframe_points[1].co.y = 20
@@ -362,7 +362,7 @@ def test_the_graph_is_stale_when_what_it_was_read_beside_has_moved(opened, how):
     bpy.context.view_layer.update()
     after = read_character(scene)[0][0].world
     assert any(np.abs(one - other).max() > 0.01 for one, other in zip(before, after, strict=True))
-    assert state.graph_changes(scene) != ()
+    assert staleness.graph_changes(scene) != ()
 
 
 def test_a_direction_of_any_kind_is_seen(opened):
@@ -387,9 +387,9 @@ def test_results_of_deleted_scenes_are_forgotten(opened):
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
     for _ in range(12):
         other = bpy.data.scenes.new("Other")
-        assert state.results(other).graph is None
+        assert store.results(other).graph is None
         bpy.data.scenes.remove(other)
-    assert len(SESSION.all(state.SceneResults)) <= 5 and state.results(first).graph is not None
+    assert len(SESSION.all(store.SceneResults)) <= 5 and store.results(first).graph is not None
 
 
 def test_a_namesake_that_is_not_in_use_makes_no_difference(sample_settings, tmp_path):
@@ -413,6 +413,6 @@ def test_a_namesake_that_is_not_in_use_makes_no_difference(sample_settings, tmp_
     assert actions_fingerprint(scene, seen) == actions_fingerprint(scene, both) == actions_fingerprint(scene)
     assert bpy.ops.wayfarer.examine_clips() == {"FINISHED"}
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
-    assert not state.graph_is_stale(scene)
+    assert not staleness.graph_is_stale(scene)
     curve(linked).keyframe_points[3].co.y += 1
-    assert state.graph_is_stale(scene)
+    assert staleness.graph_is_stale(scene)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.airborne import clearance_mask, jump_mask
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
@@ -66,7 +66,7 @@ def test_import_of_nothing_useful(tmp_path):
 def test_nothing_connects(settings):
     settings.graph.max_cost = 0.001
     assert "Raise Max Cost" in fails_and_changes_nothing(operators.build_motion_graph)
-    assert state.results(bpy.context.scene).graph is None
+    assert store.results(bpy.context.scene).graph is None
 
 
 def test_an_action_that_moves_nothing_is_not_listed(settings):
@@ -95,7 +95,7 @@ def test_a_scene_that_cannot_be_used(settings):
     environment.regions[0].object.location.y = 0
     environment.cell_size = 20.0
     assert "smaller than one cell" in fails_and_changes_nothing(operators.embed)
-    assert state.results(bpy.context.scene).embedding is None
+    assert store.results(bpy.context.scene).embedding is None
 
 
 def test_a_walk_from_no_object(settings):
@@ -138,10 +138,10 @@ def test_results_outlive_undo(settings):
     build("build_motion_graph", "embed")
     bpy.ops.ed.undo_push(message="before")
     operators.paint_map("EXEC_DEFAULT", True)
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     bpy.ops.ed.undo()
-    assert state.results(bpy.context.scene).embedding is embedding
-    assert not state.embedding_is_stale(bpy.context.scene)
+    assert store.results(bpy.context.scene).embedding is embedding
+    assert not staleness.embedding_is_stale(bpy.context.scene)
     build("paint_map", "random_walk")
 
 
@@ -152,10 +152,10 @@ def stale() -> tuple[bool, bool, bool, bool]:
     """Of graph, embedding, map and walk."""
     scene = bpy.context.scene
     return (
-        state.graph_is_stale(scene),
-        state.embedding_is_stale(scene),
-        state.map_is_stale(scene),
-        state.walk_is_stale(scene),
+        staleness.graph_is_stale(scene),
+        staleness.embedding_is_stale(scene),
+        staleness.map_is_stale(scene),
+        staleness.walk_is_stale(scene),
     )
 
 
@@ -219,8 +219,8 @@ def test_scenes_have_results_of_their_own(settings):
     build("build_motion_graph")
     first = bpy.context.scene
     second = bpy.data.scenes.new("Second")
-    assert state.results(first).graph is not None
-    assert state.results(second).graph is None
+    assert store.results(first).graph is not None
+    assert store.results(second).graph is None
 
 
 # -------------------------------------------------------------------------------------------------- jobs

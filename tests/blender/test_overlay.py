@@ -12,7 +12,7 @@ from bl_ext.user_default.wayfarer.addon.operators.floor_map import tip_box
 from bl_ext.user_default.wayfarer.addon.operators.mixins import ground_under
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, GROUND, RULES, body_lines
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, guarded, text_width
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.evaluation.place import place_report
@@ -125,7 +125,7 @@ def test_outlines_run_around_what_they_outline(sample_settings):
     np.testing.assert_allclose(rectangle.max(axis=0)[:2], (3.5, 4), atol=1e-6)
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
-    environment = state.results(scene).embedding.environment
+    environment = store.results(scene).embedding.environment
     rng = np.random.default_rng(0)
     grid, blocked = environment.grid, environment.blocked
     for i, j in zip(rng.integers(0, blocked.shape[0], 200), rng.integers(0, blocked.shape[1], 200), strict=True):
@@ -187,7 +187,7 @@ def test_the_ground_under_the_mouse(perspective):
 def test_the_numbers_of_a_place_are_those_of_the_maps(sample_settings):
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     ways, reasons, grid = segment_variability(embedding), finish(why_not_steps(embedding)), embedding.environment.grid
     mask = embedding.node_mask()
     nx, ny, n_headings = grid.shape
@@ -230,7 +230,7 @@ def test_a_place_on_a_tiled_ground(sample_settings):
             bpy.data.objects.remove(obj)
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     assert embedding.environment.grid.tiled
     ways = segment_variability(embedding).sum(axis=3)
     for x, y in ((-3.4, -3.9), (3.45, 0.0), (0.0, 3.2)):

@@ -7,7 +7,7 @@ import pytest
 from bl_ext.user_default.wayfarer.addon import properties
 from bl_ext.user_default.wayfarer.addon.bridge import text as numbers
 from bl_ext.user_default.wayfarer.addon.operators import CLASSES as OPERATORS
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.addon.ui import lists, text
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings
@@ -161,7 +161,7 @@ def test_panels_draw_what_exists_when_all_is_done(sample_settings):
     assert "Can Go Here" in legend and sum(text.endswith("%") for text in legend) >= 3
     assert "Lost to Obstacles" in texts(drawn["WAYFARER_PT_lost_links", "COST", "OBJECT"])
     assert "Left Planted" in texts(drawn["WAYFARER_PT_contacts", "COST", "OBJECT"])
-    graph = state.results(bpy.context.scene).graph
+    graph = store.results(bpy.context.scene).graph
     dropped = texts(drawn["WAYFARER_PT_dropped", "COST", "OBJECT"])
     assert {clip.clip for clip in graph.dropped} & set(dropped)
     # Wrapped, not cut off.

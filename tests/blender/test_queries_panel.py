@@ -8,7 +8,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.owned import OUTPUT, find_collect
 from bl_ext.user_default.wayfarer.addon.bridge.write_colors import painted_colors
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor, floor_legend
 from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME
-from bl_ext.user_default.wayfarer.addon.results import findings, state
+from bl_ext.user_default.wayfarer.addon.results import findings, staleness
 from bl_ext.user_default.wayfarer.core.evaluation import goals
 from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from_steps, time_to_reach_steps
 from bl_ext.user_default.wayfarer.core.maps.colors import displayed
@@ -57,7 +57,7 @@ def check(field) -> None:
     # Cells that cannot be reached are not in any band's colour.
     lost = ~np.isfinite(field.floor())
     assert lost.any() and not np.any(np.all(np.abs(colors[lost][:, None] - colors[bands == 0][:1]) < 0.02, axis=-1))
-    assert not state.map_is_stale(scene())
+    assert not staleness.map_is_stale(scene())
 
 
 # ------------------------------------------------------------------------------------------------- times
@@ -73,7 +73,7 @@ def test_times_to_and_from_a_place(settings):
     assert [row[0] for row in rows(topics.REACH)] == [2.0, 3.0, 5.0, 7.0]
     assert settings.map.quantity == "QUERY" and floor_legend(find_floor(scene())).title == "Time to (-1.0, -2.0) m"
     queries.direction = "FROM"
-    assert state.map_is_stale(scene())
+    assert staleness.map_is_stale(scene())
     run("find_reach")
     back = finish(time_from_steps(embedding(), goal))
     check(back)
@@ -82,9 +82,9 @@ def test_times_to_and_from_a_place(settings):
     colors = painted_colors(find_floor(scene()))
     run("paint_map")
     np.testing.assert_array_equal(painted_colors(find_floor(scene())), colors)
-    assert not state.map_is_stale(scene())
+    assert not staleness.map_is_stale(scene())
     scene().cursor.location.x += 1
-    assert state.map_is_stale(scene())
+    assert staleness.map_is_stale(scene())
 
 
 def test_times_to_an_object_follow_it(settings):
@@ -101,7 +101,7 @@ def test_times_to_an_object_follow_it(settings):
     assert [row[0] for row in rows(topics.REACH)] == [1.0, 2.5, 4.0]
     empty.location.x -= 1.5
     bpy.context.view_layer.update()
-    assert state.map_is_stale(scene())
+    assert staleness.map_is_stale(scene())
 
 
 def test_times_to_what_a_character_does(stepping):

@@ -1,12 +1,14 @@
 """What of a scene counts as obstacle and as ground, and what an artist is told where that may surprise."""
 
+from dataclasses import asdict
+
 import bmesh
 import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
 
-from bl_ext.user_default.wayfarer.addon.results import advice, state
+from bl_ext.user_default.wayfarer.addon.results import advice, staleness, store
 from bl_ext.user_default.wayfarer.addon.results import file as storage
 from bl_ext.user_default.wayfarer.addon.scene.inputs import obstacle_objects, read_shapes
 from bl_ext.user_default.wayfarer.addon.scene.relief import lowest_floor
@@ -77,7 +79,7 @@ def cube(name, collection, size=0.4):
 def test_obstacles_on_the_ground_a_region_or_the_floor_stand_in_the_way(built, parent):
     build("embed", "paint_map")
     environment, scene = built.environment, bpy.context.scene
-    nodes, names, triangles = state.results(scene).embedding.n_nodes, solid(), faces()
+    nodes, names, triangles = store.results(scene).embedding.n_nodes, solid(), faces()
     assert len(names) > 5
     above = {
         "ground": environment.ground,
@@ -89,7 +91,7 @@ def test_obstacles_on_the_ground_a_region_or_the_floor_stand_in_the_way(built, p
         hang(bpy.data.objects[name], above)
     assert solid() == names and faces() == triangles
     build("embed")
-    assert state.results(scene).embedding.n_nodes == nodes
+    assert store.results(scene).embedding.n_nodes == nodes
 
 
 def test_the_ground_and_the_regions_are_no_obstacles_themselves(settings):
@@ -102,7 +104,7 @@ def test_the_ground_and_the_regions_are_no_obstacles_themselves(settings):
 def test_what_hangs_below_the_character_is_no_obstacle(built):
     build("embed")
     scene, environment, character = bpy.context.scene, built.environment, built.character
-    nodes, names = state.results(scene).embedding.n_nodes, solid()
+    nodes, names = store.results(scene).embedding.n_nodes, solid()
     sword, charm, tassel = (cube(name, environment.obstacles) for name in ("Sword", "Charm", "Tassel"))
     assert solid() == names | {"Sword", "Charm", "Tassel"}
     sword.parent, sword.parent_type, sword.parent_bone = character, "BONE", "RightHand"
@@ -115,9 +117,9 @@ def test_what_hangs_below_the_character_is_no_obstacle(built):
     bpy.context.view_layer.update()
     assert solid() == names
     build("embed", "random_walk")
-    assert state.results(scene).embedding.n_nodes == nodes
+    assert store.results(scene).embedding.n_nodes == nodes
     scene.frame_set(scene.frame_start + 40)
-    assert not state.embedding_is_stale(scene)
+    assert not staleness.embedding_is_stale(scene)
     sword.parent = None
     assert solid() == names | {"Sword", "Charm", "Tassel"}
 
@@ -241,7 +243,7 @@ def test_a_ground_with_a_peak_is_told(built, capfd, flip):
         "The ground 'Terrain' is not flat (0 m to 3.00 m), and walks are planned on its highest point; choose a flat "
         "ground"
     )
-    assert state.results(bpy.context.scene).ground_height == 3.0
+    assert store.results(bpy.context.scene).ground_height == 3.0
     # Nobody should move the character up there.
     assert not any("above" in sentence for sentence in advice.embedding_advice(bpy.context.scene))
     peaked.data.vertices[40].co.z = 0.01
@@ -328,7 +330,7 @@ def test_what_was_told_of_a_ground_is_kept_with_the_file(built, tmp_path, capfd)
 @pytest.mark.parametrize("bad", [["Ground"], ["Ground", "low", 1.0], [1.0, 2.0, 3.0], ["Ground", 0.0, 1.0, 2.0]])
 def test_a_damaged_note_of_the_ground_is_refused(bad):
     with pytest.raises(ValueError, match="do not fit together"):
-        storage._summary({"uneven": bad}, {}, state.SceneResults())
+        storage._summary({**asdict(store.Summary()), "uneven": bad})
 
 
 def test_typed_in_grounds_are_flat(built, capfd):

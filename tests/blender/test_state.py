@@ -12,7 +12,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.text import counted
 from bl_ext.user_default.wayfarer.addon.jobs import clock
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
-from bl_ext.user_default.wayfarer.addon.results import advice, state
+from bl_ext.user_default.wayfarer.addon.results import advice, clips, shown, staleness, store
 from bl_ext.user_default.wayfarer.addon.scene.inputs import read_character_steps
 from bl_ext.user_default.wayfarer.addon.ui import lists
 from bl_ext.user_default.wayfarer.core.errors import ClipError
@@ -22,7 +22,7 @@ operators = bpy.ops.wayfarer
 
 
 def results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def build(*steps):
@@ -34,10 +34,10 @@ def stale() -> tuple[bool, ...]:
     """Of graph, embedding, map and walk."""
     scene = bpy.context.scene
     return (
-        state.graph_is_stale(scene),
-        state.embedding_is_stale(scene),
-        state.map_is_stale(scene),
-        state.walk_is_stale(scene),
+        staleness.graph_is_stale(scene),
+        staleness.embedding_is_stale(scene),
+        staleness.map_is_stale(scene),
+        staleness.walk_is_stale(scene),
     )
 
 
@@ -80,7 +80,7 @@ def test_another_rest_pose_is_stale(settings):
     bpy.ops.object.mode_set(mode="EDIT")
     settings.character.data.edit_bones["Head"].tail.z += 0.1
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert state.graph_changes(bpy.context.scene) == (
+    assert staleness.graph_changes(bpy.context.scene) == (
         "Keys, tags or frame ranges of clips have changed, or the rest pose or what moves the rig has",
     )
 
@@ -92,7 +92,7 @@ def test_results_are_for_the_character_they_were_made_for(settings):
     assert ticked
     settings.character = second
     assert stale() == (True,) * 4
-    assert state.graph_changes(bpy.context.scene) == ("It was built for another character",)
+    assert staleness.graph_changes(bpy.context.scene) == ("It was built for another character",)
     settings.character = first
     for clip in settings.clips:
         clip.use = clip.action.name.startswith(("walk", "turn_left", "turn_right_90", "arc"))
@@ -110,7 +110,7 @@ def test_a_deleted_character_is_missed(settings):
     assert settings.character is not None
     assert "no longer in this scene" in character_problem(scene)
     assert stale() == (True,) * 4
-    assert "no longer in this scene" in state.graph_changes(scene)[0]
+    assert "no longer in this scene" in staleness.graph_changes(scene)[0]
     with pytest.raises(RuntimeError, match="no longer in this scene"):
         operators.build_motion_graph()
     assert advice.clip_advice(scene) == [character_problem(scene)]
@@ -166,11 +166,11 @@ def test_an_obstacle_that_changes_its_shape_with_the_frame_is_stale(settings):
     assert stale() == FRESH
     for frame in (20, 1, 20):
         scene.frame_set(frame)
-        assert state.embedding_is_stale(scene) == (frame == 20)
+        assert staleness.embedding_is_stale(scene) == (frame == 20)
     build("embed")
     assert stale() == FRESH
     scene.frame_set(1)
-    assert state.embedding_changes(scene) == ("Ground, obstacles or regions have moved or changed",)
+    assert staleness.embedding_changes(scene) == ("Ground, obstacles or regions have moved or changed",)
 
 
 # ------------------------------------------------------------------------------------------------- actions
@@ -253,13 +253,13 @@ def test_clips_are_measured_sorted_and_filtered(settings):
     scene = bpy.context.scene
     build("examine_clips")
     left = next(clip.action for clip in settings.clips if clip.use and clip.action.name == "turn_left_90")
-    assert np.degrees(state.motion_of(scene, left).turn) == pytest.approx(90, abs=15)
+    assert np.degrees(clips.motion_of(scene, left).turn) == pytest.approx(90, abs=15)
     right = next(clip.action for clip in settings.clips if clip.use and clip.action.name == "turn_right_90")
-    assert np.degrees(state.motion_of(scene, right).turn) == pytest.approx(-90, abs=15)
+    assert np.degrees(clips.motion_of(scene, right).turn) == pytest.approx(-90, abs=15)
     walk = bpy.data.actions["walk"]
     path = read_clip(settings.character, walk).ground_path
     straight = np.hypot(*(path[-1, :2] - path[0, :2]))
-    assert straight <= state.motion_of(scene, walk).distance < 1.1 * straight
+    assert straight <= clips.motion_of(scene, walk).distance < 1.1 * straight
     assert action_seconds(scene, walk) == pytest.approx((walk.frame_range[1] - walk.frame_range[0]) / 30)
     settings.clip_columns = {"DURATION", "DISTANCE", "TURN"}
     numbers = lists.clip_numbers(scene, left)
@@ -278,7 +278,7 @@ def test_clips_are_measured_sorted_and_filtered(settings):
     seconds = [action_seconds(scene, action) for action in listed()]
     assert seconds == sorted(seconds, reverse=True) and len(seconds) == len(everything)
     settings.clip_order = "TURN"
-    turns = [state.motion_of(scene, action).turn for action in listed() if state.motion_of(scene, action)]
+    turns = [clips.motion_of(scene, action).turn for action in listed() if clips.motion_of(scene, action)]
     assert turns == sorted(turns, reverse=True) and listed()[: len(turns)] != everything[: len(turns)]
     settings.clip_order = "NAME"
     settings.clip_filter = "USED"
@@ -286,16 +286,16 @@ def test_clips_are_measured_sorted_and_filtered(settings):
     settings.clip_filter = "TAGGED"
     assert listed() and all(action.name.startswith("step_over") for action in listed())
     # So has whatever a character of another size plays; its old size is known.
-    measured = state.motion_of(scene, left), state.health_of(scene, left)
+    measured = clips.motion_of(scene, left), clips.health_of(scene, left)
     assert None not in measured
     for size in (2, 1):
         settings.character.scale = (size,) * 3
         bpy.context.view_layer.update()
-        now = state.motion_of(scene, left), state.health_of(scene, left)
+        now = clips.motion_of(scene, left), clips.health_of(scene, left)
         assert now == (measured if size == 1 else (None, None))
     # A changed action has to be measured anew.
     left.use_frame_range, left.frame_start, left.frame_end = True, 1, 12
-    assert state.motion_of(scene, left) is None and action_seconds(scene, left) == pytest.approx(11 / 30)
+    assert clips.motion_of(scene, left) is None and action_seconds(scene, left) == pytest.approx(11 / 30)
 
 
 # --------------------------------------------------------------------------------------------------- undo
@@ -311,21 +311,21 @@ def test_map_and_walk_go_with_undo_and_come_back_with_redo(settings):
     scene = bpy.context.scene
     undoable("paint_map")
     undoable("random_walk")
-    assert state.find_painted(scene) is not None and state.find_walk(scene) is not None
+    assert shown.find_painted(scene) is not None and shown.find_walk(scene) is not None
     walk = results().walk
     bpy.ops.ed.undo()
     scene = bpy.context.scene
-    assert state.find_walk(scene) is None and results().walk is None
-    assert state.find_painted(scene) is not None
+    assert shown.find_walk(scene) is None and results().walk is None
+    assert shown.find_painted(scene) is not None
     bpy.ops.ed.undo()
     bpy.ops.ed.undo()
     scene = bpy.context.scene
-    assert state.find_painted(scene) is None and results().painted is None
+    assert shown.find_painted(scene) is None and results().painted is None
     assert stale() == FRESH and results().embedding is not None
     for _ in range(3):
         bpy.ops.ed.redo()
     scene = bpy.context.scene
-    assert state.find_painted(scene) is not None and results().walk is walk
+    assert shown.find_painted(scene) is not None and results().walk is walk
 
 
 def test_undo_shows_the_map_that_was_there_before(settings):
@@ -335,23 +335,23 @@ def test_undo_shows_the_map_that_was_there_before(settings):
     first = results().painted
     bpy.context.scene.wayfarer.map.quantity = "WHY_NOT"
     undoable("paint_map")
-    assert results().painted is not first and not state.map_is_stale(bpy.context.scene)
+    assert results().painted is not first and not staleness.map_is_stale(bpy.context.scene)
     bpy.ops.ed.undo()
     scene = bpy.context.scene
-    assert results().painted is first and state.find_painted(scene) is not None
+    assert results().painted is first and shown.find_painted(scene) is not None
     # The choice was made before the step, so that the floor lags behind it again.
-    assert scene.wayfarer.map.quantity == "WHY_NOT" and state.map_is_stale(scene)
+    assert scene.wayfarer.map.quantity == "WHY_NOT" and staleness.map_is_stale(scene)
 
 
 def test_a_deleted_floor_and_a_deleted_walk_are_missed(settings):
     build()
     scene = bpy.context.scene
     bpy.data.objects.remove(find_floor(scene))
-    assert state.find_painted(scene) is None and not state.map_is_stale(scene)
+    assert shown.find_painted(scene) is None and not staleness.map_is_stale(scene)
     bpy.data.actions.remove(settings.character.animation_data.action)
-    assert state.find_walk(scene) is None and not state.walk_is_stale(scene)
+    assert shown.find_walk(scene) is None and not staleness.walk_is_stale(scene)
     build("paint_map", "random_walk")
-    assert state.find_painted(scene) is not None and state.find_walk(scene) is not None and stale() == FRESH
+    assert shown.find_painted(scene) is not None and shown.find_walk(scene) is not None and stale() == FRESH
 
 
 def test_a_deleted_ground_is_told(settings):
@@ -380,12 +380,12 @@ def test_a_margin_counts_where_something_grows(settings):
     scene, region = bpy.context.scene, settings.environment.regions[0]
     build("build_motion_graph", "embed")
     region.margin = 0.1
-    assert state.embedding_is_stale(scene)
+    assert staleness.embedding_is_stale(scene)
     region.rule = "CONFINE"
     region.margin = 0.0
     build("embed")
     region.margin = 0.1
-    assert not state.embedding_is_stale(scene)
+    assert not staleness.embedding_is_stale(scene)
 
 
 def test_a_ground_at_another_height_than_the_character_is_told(settings):

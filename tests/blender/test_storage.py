@@ -1,7 +1,6 @@
 """Results in the .blend: there again after reopening, fresh or stale as they were, and no burden in between."""
 
 import importlib
-import json
 from pathlib import Path
 
 import addon_utils
@@ -12,16 +11,17 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.exports import results as results_export
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.results import file as storage
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown, staleness, store
 from bl_ext.user_default.wayfarer.addon.ui.overlay import legend
 
 from .registered import EXTENSION
+from .saved_results import sealed
 
 operators = bpy.ops.wayfarer
 
 
 def scene_results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def build(*steps):
@@ -33,10 +33,10 @@ def stale() -> tuple[bool, ...]:
     """Of graph, embedding, map and walk."""
     scene = bpy.context.scene
     return (
-        state.graph_is_stale(scene),
-        state.embedding_is_stale(scene),
-        state.map_is_stale(scene),
-        state.walk_is_stale(scene),
+        staleness.graph_is_stale(scene),
+        staleness.embedding_is_stale(scene),
+        staleness.map_is_stale(scene),
+        staleness.walk_is_stale(scene),
     )
 
 
@@ -62,7 +62,7 @@ def built(sample_settings):
 
 def test_everything_is_there_again(built, tmp_path):
     before = scene_results()
-    numbers, lost = dict(before.summary), state.lost_links(bpy.context.scene)
+    numbers, lost = before.summary, store.lost_links(bpy.context.scene)
     path = save(tmp_path / "kept.blend")
     assert before.stored_bytes > 1000
     settings = reopen(path)
@@ -75,10 +75,10 @@ def test_everything_is_there_again(built, tmp_path):
     np.testing.assert_array_equal(after.walk.states, before.walk.states)
     np.testing.assert_array_equal(after.walk.root_path, before.walk.root_path)
     assert after.graph_summary.hubs(3).tolist() == before.graph_summary.hubs(3).tolist()
-    assert after.summary == numbers and state.lost_links(scene) == lost
+    assert after.summary == numbers and store.lost_links(scene) == lost
     assert after.ground_height == before.ground_height
     assert stale() == FRESH
-    assert state.find_painted(scene) is not None and state.find_walk(scene) is not None
+    assert shown.find_painted(scene) is not None and shown.find_walk(scene) is not None
     # Work goes on without anything being computed again.
     settings.walk.duration = 3.0
     build("paint_map", "random_walk")
@@ -98,25 +98,25 @@ def test_what_has_changed_is_stale_after_reopening(built, tmp_path):
     path = save(tmp_path / "ticks.blend")
     reopen(path)
     assert stale() == (True,) * 4
-    assert state.graph_changes(bpy.context.scene) == ("Other clips are ticked",)
+    assert staleness.graph_changes(bpy.context.scene) == ("Other clips are ticked",)
 
 
 def test_what_moved_after_embedding_is_stale_after_reopening(built, tmp_path):
     bpy.data.objects["Table"].location.x += 0.5
     reopen(save(tmp_path / "moved.blend"))
     assert stale() == (False, True, True, True)
-    assert state.embedding_changes(bpy.context.scene) == ("Ground, obstacles or regions have moved or changed",)
+    assert staleness.embedding_changes(bpy.context.scene) == ("Ground, obstacles or regions have moved or changed",)
 
 
 def test_what_shows_an_embedding_that_was_replaced_is_stale_after_reopening(built, tmp_path):
     build("embed")
-    before = stale(), state.walk_changes(bpy.context.scene), dict(scene_results().summary)
+    before = stale(), staleness.walk_changes(bpy.context.scene), scene_results().summary
     assert before[:2] == ((False, False, True, True), ("The motion graph was embedded anew",))
     for name in ("anew.blend", "again.blend"):
         reopen(save(tmp_path / name))
         scene = bpy.context.scene
-        assert (stale(), state.walk_changes(scene), dict(scene_results().summary)) == before
-        assert state.find_painted(scene) is not None and state.find_walk(scene) is not None
+        assert (stale(), staleness.walk_changes(scene), scene_results().summary) == before
+        assert shown.find_painted(scene) is not None and shown.find_walk(scene) is not None
     files = results_export.export_results(scene, tmp_path / "out", as_json=False, as_csv=False, as_png=True)
     assert [file.name for file in files] == ["map.png"]
     build("paint_map", "random_walk")
@@ -125,13 +125,13 @@ def test_what_shows_an_embedding_that_was_replaced_is_stale_after_reopening(buil
 
 def test_a_walk_that_was_pruned_away_is_stale_after_reopening(built, tmp_path):
     build("prune")
-    changes = state.walk_changes(bpy.context.scene)
+    changes = staleness.walk_changes(bpy.context.scene)
     assert changes == ("The embedding was pruned",)
     reopen(save(tmp_path / "pruned.blend"))
-    assert stale() == (False, False, True, True) and state.walk_changes(bpy.context.scene) == changes
+    assert stale() == (False, False, True, True) and staleness.walk_changes(bpy.context.scene) == changes
     # What was replaced cannot come back, and the walk is not known to fit.
     build("restore_embedding")
-    assert state.walk_changes(bpy.context.scene) == changes
+    assert staleness.walk_changes(bpy.context.scene) == changes
 
 
 def test_a_walk_that_fits_again_is_fresh_after_reopening(built, tmp_path):
@@ -146,7 +146,7 @@ def test_a_floor_of_which_nothing_is_known_does_not_look_fresh(built, tmp_path):
     built.keep_results = False
     reopen(save(tmp_path / "without.blend"))
     scene = bpy.context.scene
-    assert find_floor(scene) is not None and state.find_painted(scene) is None
+    assert find_floor(scene) is not None and shown.find_painted(scene) is None
     assert legend.is_outdated(scene)
 
 
@@ -159,7 +159,7 @@ def test_a_graph_built_anew_is_kept_beside_the_embedding(built, tmp_path):
     assert len(found.graph.links) == n_links and found.embedding.n_nodes == n_nodes
     assert found.embedding.graph is not found.graph
     assert stale() == (False, True, True, True)
-    assert state.embedding_changes(bpy.context.scene) == ("The motion graph was built anew",)
+    assert staleness.embedding_changes(bpy.context.scene) == ("The motion graph was built anew",)
 
 
 def test_nothing_stays_in_the_open_scene(built, tmp_path):
@@ -186,35 +186,36 @@ def test_nothing_stays_in_the_open_scene(built, tmp_path):
 
 
 def test_whoever_switches_the_extension_on_later_finds_them(built, tmp_path, wayfarer):
-    path, before = save(tmp_path / "later.blend"), dict(scene_results().summary)
+    path, before = save(tmp_path / "later.blend"), scene_results().summary
     addon_utils.disable(EXTENSION, default_set=True)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert storage.PROPERTY in bpy.context.scene
     addon_utils.enable(EXTENSION, default_set=True)
-    assert importlib.import_module(f"{EXTENSION}.addon.results.state").results(bpy.context.scene).summary == before
+    assert importlib.import_module(f"{EXTENSION}.addon.results.store").results(bpy.context.scene).summary == before
     assert storage.PROPERTY not in bpy.context.scene
 
 
 def test_switching_the_extension_off_and_on_keeps_results(built, tmp_path, wayfarer):
-    before, stale_before = dict(scene_results().summary), stale()
+    before, stale_before = scene_results().summary, stale()
     addon_utils.disable(EXTENSION, default_set=True)
     addon_utils.enable(EXTENSION, default_set=True)
-    again = importlib.import_module(f"{EXTENSION}.addon.results.state")
-    found = again.results(bpy.context.scene)
-    assert found.summary == before and found.embedding.n_nodes == before["nodes"]
+    again = importlib.import_module(f"{EXTENSION}.addon.results.staleness")
+    store_again = importlib.import_module(f"{EXTENSION}.addon.results.store")
+    found = store_again.results(bpy.context.scene)
+    assert found.summary == before and found.embedding.n_nodes == before.nodes
     assert (again.graph_is_stale(bpy.context.scene), again.walk_is_stale(bpy.context.scene)) == (False, False)
     assert stale_before == FRESH and storage.PROPERTY not in bpy.context.scene
     # While it is off, files are saved and opened with what it has left there.
     addon_utils.disable(EXTENSION, default_set=True)
     bpy.ops.wm.open_mainfile(filepath=save(tmp_path / "off.blend"))
     addon_utils.enable(EXTENSION, default_set=True)
-    assert importlib.import_module(f"{EXTENSION}.addon.results.state").results(bpy.context.scene).summary == before
+    assert importlib.import_module(f"{EXTENSION}.addon.results.store").results(bpy.context.scene).summary == before
 
 
 def test_what_is_no_result_is_refused(built):
     scene = bpy.context.scene
     scene[storage.PROPERTY] = {"header": {"a": 1}, "embedding": [1, 2], "graph": b"x"}
-    storage._after_load()
+    storage.take_saved()
     assert "cannot be used" in scene_results().problem
     # Of what lay there, nothing is held that went with it.
     assert storage.encoded_results(scene) == {"graph": b"x"}
@@ -228,14 +229,11 @@ def test_left_out_when_not_wanted(built, tmp_path):
     assert Path(path).stat().st_size < large - 0.9 * with_results
     settings = reopen(path)
     assert scene_results().graph is None and scene_results().embedding is None
-    assert state.find_painted(bpy.context.scene) is None and not settings.keep_results
+    assert shown.find_painted(bpy.context.scene) is None and not settings.keep_results
 
 
 def in_header(**values):
-    def change(parts):
-        parts["header"] = json.dumps({**json.loads(parts["header"]), **values})
-
-    return change
+    return lambda parts: parts.update(sealed(parts, parts, **values))
 
 
 def flip(name):
@@ -249,12 +247,13 @@ def flip(name):
 
 DAMAGES = {
     "a bit of the embedding": flip("embedding"),
-    "a bit of the walk": flip("walk"),
-    "no header": lambda parts: parts.pop("header"),
+    "a bit of the rest": flip("results"),
+    "no header": lambda parts: parts.pop("results"),
     "no embedding": lambda parts: parts.pop("embedding"),
-    "half a header": lambda parts: parts.update(header="{"),
+    "half a header": lambda parts: parts.update(results=parts["results"][: len(parts["results"]) // 2]),
+    "of an earlier version": lambda parts: parts.update(header="{}"),
     "cut short": lambda parts: parts.update(embedding=parts["embedding"][:200]),
-    "other types": lambda parts: parts.update(embedding="text", header=5),
+    "other types": lambda parts: parts.update(embedding="text", results=5),
     "a later version": in_header(version=99),
     "no fingerprints": in_header(made_from={}),
     "other numbers": in_header(lost_links={"what": 1}),
@@ -270,25 +269,25 @@ def test_damaged_results_are_told_and_left_out(built):
         parts = dict(sound)
         change(parts)
         scene[storage.PROPERTY] = parts
-        storage._after_load()
+        storage.take_saved()
         found = scene_results()
         assert found.graph is None and found.embedding is None and found.walk is None, name
         assert "cannot be used" in found.problem and found.problem.endswith("Compute anew"), name
-        assert stale() == FRESH and state.find_painted(scene) is None, name
+        assert stale() == FRESH and shown.find_painted(scene) is None, name
         # A later version may be able to read them: saving does not lose them.
         assert storage.encoded_results(scene) == parts, name
     # And the way on is open.
     build()
     assert scene_results().problem == ""
     scene[storage.PROPERTY] = sound
-    storage._after_load()
+    storage.take_saved()
     assert scene_results().walk is not None and scene_results().problem == ""
 
 
 def test_something_else_under_our_name(built):
     scene = bpy.context.scene
     scene[storage.PROPERTY] = 17
-    storage._after_load()
+    storage.take_saved()
     assert "cannot be used" in scene_results().problem and storage.PROPERTY not in scene
 
 
@@ -300,11 +299,11 @@ def test_an_appended_scene_brings_its_results(built, tmp_path):
         with bpy.data.libraries.load(path, link=link) as (there, here):
             here.scenes = there.scenes
         scene = here.scenes[0]
-        assert state.results(scene).embedding.n_nodes == n_nodes
+        assert store.results(scene).embedding.n_nodes == n_nodes
 
 
 def test_a_copy_of_a_scene_starts_without_results(built):
     copy = bpy.context.scene.copy()
     assert storage.PROPERTY not in copy
-    assert state.results(copy).graph is None
+    assert store.results(copy).graph is None
     assert scene_results().graph is not None

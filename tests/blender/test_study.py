@@ -12,7 +12,7 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.cli import command
 from bl_ext.user_default.wayfarer.addon.cli.large_ground import evaluate_in_parcels
 from bl_ext.user_default.wayfarer.addon.cli.study import read_sources
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.embedding.settings import EmbeddingSettings
 from bl_ext.user_default.wayfarer.core.errors import EmbeddingError, StudyError
@@ -41,7 +41,7 @@ def written(folder: Path, text: str) -> Path:
 def test_the_command_measures_what_the_scene_gives(saved, capfd):
     bpy.ops.wayfarer.build_motion_graph()
     bpy.ops.wayfarer.embed()
-    embedding = state.results(bpy.context.scene).embedding
+    embedding = store.results(bpy.context.scene).embedding
     share = coverage_share(embedding)
     file = written(
         saved.parent,
@@ -226,20 +226,20 @@ def test_mistakes_with_parcels_are_said(saved, capfd, tmp_path):
         told = capfd.readouterr().err.splitlines()[-1]
         assert told.startswith("wayfarer: ") and sentence in told, words
     assert not list(saved.parent.glob(".*lock"))
-    graph = state.results(bpy.context.scene).graph
+    graph = store.results(bpy.context.scene).graph
     with pytest.raises(StudyError, match="longest step"):
         evaluate_in_parcels(
             bpy.context.scene, graph, 0.3, tmp_path / "small", "--scheduler", "processes", "--workers", "1"
         )
     with pytest.raises(EmbeddingError, match=r"evaluate --parcels METRES --out FOLDER"):
         embed(
-            state.results(bpy.context.scene).graph, environment_of(small_scene(), {}), EmbeddingSettings(memory_limit=1)
+            store.results(bpy.context.scene).graph, environment_of(small_scene(), {}), EmbeddingSettings(memory_limit=1)
         )
 
 
 def test_a_second_evaluation_in_parcels_changes_nothing_under_the_first(saved, tmp_path):
     assert bpy.ops.wayfarer.build_motion_graph() == {"FINISHED"}
-    scene, graph = bpy.context.scene, state.results(bpy.context.scene).graph
+    scene, graph = bpy.context.scene, store.results(bpy.context.scene).graph
     # Another one's Blender, before and after its program works, and that program without it.
     for lock in (".evaluate.lock", ".lock"):
         folder = tmp_path / lock.strip(".")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.live.evaluation import LiveEvaluation
-from bl_ext.user_default.wayfarer.addon.results import findings, state
+from bl_ext.user_default.wayfarer.addon.results import findings, staleness
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share, floor_variability
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.report import topics
@@ -57,9 +57,9 @@ def test_each_method_is_the_cores(settings):
         assert numbers["nodes"] == (whole.n_nodes, wanted.n_nodes)
         assert numbers["links"] == (whole.n_links, wanted.n_links)
         summary = found().summary
-        assert (summary["nodes"], summary["links"]) == (wanted.n_nodes, wanted.n_links)
-        assert summary["coverage"] == coverage_share(wanted)
-        assert not state.embedding_is_stale(scene())
+        assert (summary.nodes, summary.links) == (wanted.n_nodes, wanted.n_links)
+        assert summary.coverage == coverage_share(wanted)
+        assert not staleness.embedding_is_stale(scene())
     assert found().pruning.met and embedding().n_links <= budget
     tuning.limit, tuning.max_megabytes = "BYTES", 0.5
     run("prune")
@@ -70,7 +70,7 @@ def test_each_method_is_the_cores(settings):
         ).embedding.planes
     )
     run("restore_embedding")
-    assert embedding() is whole and found().pruning is None and found().summary["nodes"] == whole.n_nodes
+    assert embedding() is whole and found().pruning is None and found().summary.nodes == whole.n_nodes
 
 
 def test_a_budget_that_cannot_be_met_is_told(settings):
@@ -100,13 +100,13 @@ def test_nothing_to_prune_without_an_embedding(sample_settings):
 
 def test_maps_walks_and_questions_use_what_is_left(settings):
     run("paint_map", "prune")
-    assert state.map_is_stale(scene())
+    assert staleness.map_is_stale(scene())
     run("paint_map")
-    assert not state.map_is_stale(scene())
-    assert found().summary["map_highest"] == floor_variability(embedding()).max()
+    assert not staleness.map_is_stale(scene())
+    assert found().painted.numbers["map_highest"] == floor_variability(embedding()).max()
     run("random_walk")
     walk = found().walk
-    assert walk.embedding is embedding() and not state.walk_is_stale(scene())
+    assert walk.embedding is embedding() and not staleness.walk_is_stale(scene())
     assert all(embedding().node_mask()[tuple(walk.states.T)])
     run("find_reach", "ablate")
     assert not is_stale(topics.REACH) and not is_stale(topics.ABLATION)
@@ -121,17 +121,17 @@ def test_maps_walks_and_questions_use_what_is_left(settings):
 
 def test_a_walk_is_out_of_date_where_nodes_are_gone(settings):
     run("random_walk", "prune")
-    assert state.walk_changes(scene()) == ("The embedding was pruned",)
+    assert staleness.walk_changes(scene()) == ("The embedding was pruned",)
     # It led through nodes of the whole; what was walked in a part is there in the whole, too.
     run("restore_embedding")
-    assert not state.walk_is_stale(scene())
+    assert not staleness.walk_is_stale(scene())
     run("prune", "random_walk", "restore_embedding")
-    assert found().walk.embedding is not embedding() and not state.walk_is_stale(scene())
+    assert found().walk.embedding is not embedding() and not staleness.walk_is_stale(scene())
     run("embed", "paint_map")
     bpy.data.objects["Table"].location.x += 0.6
     bpy.context.view_layer.update()
     run("embed")
-    assert state.walk_changes(scene()) == ("The motion graph was embedded anew",)
+    assert staleness.walk_changes(scene()) == ("The motion graph was embedded anew",)
 
 
 def test_embedding_again_starts_from_the_whole(settings):
@@ -158,8 +158,8 @@ def test_live_evaluation_paints_what_is_pruned(settings):
     live = LiveEvaluation()
     while not live.step(scene(), bpy.context.evaluated_depsgraph_get(), 1.0):
         pass
-    assert found().pruning is not None and found().painted[0] is embedding()
-    assert not state.map_is_stale(scene())
+    assert found().pruning is not None and found().painted.embedding is embedding()
+    assert not staleness.map_is_stale(scene())
 
 
 # -------------------------------------------------------------------------------------------- undo, files
@@ -170,11 +170,11 @@ def test_undo_and_redo_change_the_embedding(settings):
     undone("prune")
     bpy.ops.ed.redo()
     pruned = embedding()
-    assert pruned is not whole and found().whole is whole and found().summary["nodes"] == pruned.n_nodes
+    assert pruned is not whole and found().whole is whole and found().summary.nodes == pruned.n_nodes
     undone("restore_embedding")
     assert embedding() is pruned
     bpy.ops.ed.redo()
-    assert embedding() is whole and found().summary["links"] == whole.n_links
+    assert embedding() is whole and found().summary.links == whole.n_links
     # What was embedded since then is no business of undo's.
     bpy.ops.ed.undo()
     run("embed")
@@ -187,17 +187,17 @@ def test_undo_and_redo_change_the_embedding(settings):
 def test_both_embeddings_outlive_the_file(settings, tmp_path):
     run("prune", "random_walk")
     whole, pruned, walked = found().whole.planes, embedding().planes, found().walk.states
-    numbers = dict(found().summary)
+    numbers = found().summary
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "pruned.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "pruned.blend"))
     assert found().problem == "" and found().pruning is not None
     assert embedding().planes == pruned and found().whole.planes == whole
     assert found().graph is embedding().graph is found().whole.graph
-    assert found().summary["nodes"] == numbers["nodes"] and not state.embedding_is_stale(scene())
-    assert not state.walk_is_stale(scene())
+    assert found().summary.nodes == numbers.nodes and not staleness.embedding_is_stale(scene())
+    assert not staleness.walk_is_stale(scene())
     np.testing.assert_array_equal(found().walk.states, walked)
     run("restore_embedding")
-    assert embedding().planes == whole and found().summary["nodes"] == embedding().n_nodes
+    assert embedding().planes == whole and found().summary.nodes == embedding().n_nodes
 
 
 def test_a_pruned_embedding_that_does_not_fit_is_refused(settings, tmp_path):

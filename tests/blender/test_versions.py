@@ -14,7 +14,7 @@ import pytest
 
 import dev
 from bl_ext.user_default.wayfarer.addon.bridge import versions
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown, staleness, store
 from bl_ext.user_default.wayfarer.core.maps.colors import linear
 from bl_ext.user_default.wayfarer.tools.pictures.picture_scene import picture_scene
 
@@ -34,6 +34,11 @@ bpy.ops.wm.save_as_mainfile(filepath=sys.argv[2])
 print(json.dumps(numbers), flush=True)
 os._exit(0)
 """
+
+
+def numbers_of(summary) -> dict:
+    """As install_extension has them."""
+    return {"nodes": summary.nodes, "links": summary.links, "walk_segments": summary.walk.segments}
 
 
 def test_one_module_alone_asks_for_the_version():
@@ -118,11 +123,13 @@ def test_results_of_another_version_are_the_same_and_stay_fresh(python, tmp_path
     bpy.ops.wm.open_mainfile(filepath=str(made))
     scene = bpy.context.scene
     assert bpy.data.version[:2] != bpy.app.version[:2]
-    found = state.results(scene)
-    assert found.problem == "" and {name: found.summary[name] for name in numbers} == numbers
-    assert not any((state.graph_is_stale(scene), state.embedding_is_stale(scene), state.map_is_stale(scene)))
-    assert not state.walk_is_stale(scene) and state.find_walk(scene) is not None
+    found = store.results(scene)
+    assert found.problem == "" and numbers_of(store.results(scene).summary) == numbers
+    assert not any(
+        (staleness.graph_is_stale(scene), staleness.embedding_is_stale(scene), staleness.map_is_stale(scene))
+    )
+    assert not staleness.walk_is_stale(scene) and shown.find_walk(scene) is not None
     # Done again here, it comes out the same.
     for step in ("build_motion_graph", "embed", "paint_map", "random_walk"):
         assert getattr(bpy.ops.wayfarer, step)() == {"FINISHED"}, step
-    assert {name: state.results(scene).summary[name] for name in numbers} == numbers
+    assert numbers_of(store.results(scene).summary) == numbers

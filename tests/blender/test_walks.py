@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import shown, store
 from bl_ext.user_default.wayfarer.addon.scene.motion_fingerprint import action_fingerprint
 from bl_ext.user_default.wayfarer.addon.walks.baking import COPY_COLLECTION
 from bl_ext.user_default.wayfarer.addon.walks.curve_points import curve_points
@@ -49,7 +49,7 @@ def settings(embedded_file, empty_scene):
 
 
 def scene_results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def character():
@@ -308,7 +308,7 @@ def test_strips_show_what_the_action_shows(settings):
     assert character().animation_data.action is None
     for frame, expected in zip(frames, wanted, strict=True):
         np.testing.assert_allclose(heads(character(), frame), expected, atol=1e-4)
-    assert state.find_walk(bpy.context.scene) is not None
+    assert shown.find_walk(bpy.context.scene) is not None
     operators.refresh_clips()
     assert len(bpy.context.scene.wayfarer.clips) == n_clips
     # Again, and back to an action: neither strips nor their actions are left.
@@ -335,7 +335,7 @@ def test_a_copy_walks_and_the_character_stays_as_it_is(settings):
     copy = next(obj for obj in copies if obj.type == "ARMATURE")
     assert copy.data == character().data and copy != character()
     np.testing.assert_allclose(heads(copy, frame), wanted, atol=1e-4)
-    assert state.find_walk(bpy.context.scene) == copy.animation_data.action
+    assert shown.find_walk(bpy.context.scene) == copy.animation_data.action
     # The next one takes its place, but for what was put there, or elsewhere, by the artist.
     mine, n_objects = empty("Mine", 0, 0, collection=bpy.data.collections[COPY_COLLECTION]).name, len(copies)
     walked(settings, seed=3)

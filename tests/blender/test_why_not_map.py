@@ -8,7 +8,7 @@ import pytest
 
 from bl_ext.user_default.wayfarer.addon.properties import MapQuantity
 from bl_ext.user_default.wayfarer.addon.render.floor import FLOOR_NAME, find_floor, floor_legend
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells, ruled_cells
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import (
     Reason,
@@ -44,7 +44,7 @@ def build(*steps):
 
 
 def results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def lab(srgb, sight) -> np.ndarray:
@@ -94,15 +94,15 @@ def test_reasons_are_painted(settings):
         floor_cells(found.embedding), ~np.isin(reasons, [Reason.BLOCKED, Reason.RULE, Reason.FORBIDDEN])
     )
     assert "Crossed by 'step' Only" in [entry.text for entry in floor_legend(find_floor(bpy.context.scene)).swatches]
-    shares = found.summary["reasons"]
+    shares = found.painted.numbers["reasons"]
     assert shares == reason_shares(reasons)
     assert sum(shares.values()) == pytest.approx(1)
     assert shares["EMBEDDED"] == pytest.approx(covered.mean())
-    assert not state.map_is_stale(bpy.context.scene)
+    assert not staleness.map_is_stale(bpy.context.scene)
     settings.map.quantity = MapQuantity.VARIABILITY.name
-    assert state.map_is_stale(bpy.context.scene)
+    assert staleness.map_is_stale(bpy.context.scene)
     build("paint_map")
-    assert found.summary["map_highest"] > 0
+    assert found.painted.numbers["map_highest"] > 0
 
 
 # ------------------------------------------------------------------------------------------------- links
@@ -111,14 +111,14 @@ def test_reasons_are_painted(settings):
 def test_lost_links_are_counted_when_asked(settings):
     build("build_motion_graph", "embed")
     scene = bpy.context.scene
-    assert state.lost_links(scene) is None
+    assert store.lost_links(scene) is None
     build("count_lost_links")
-    lost = state.lost_links(scene)
+    lost = store.lost_links(scene)
     assert lost == finish(lost_links_steps(results().embedding))
     assert lost.possible == lost.obstacles + lost.regions + lost.free
     assert min(lost.obstacles, lost.regions, lost.embedded) > 0
     build("embed")
-    assert state.lost_links(scene) is None
+    assert store.lost_links(scene) is None
 
 
 # ------------------------------------------------------------------------------------------------- again
@@ -131,7 +131,7 @@ def test_embedding_again_equals_embedding_anew(settings):
     table.location.x += 0.6
     bpy.context.view_layer.update()
     build("embed")
-    again, numbers = results().embedding, dict(results().summary)
+    again, numbers = results().embedding, results().summary
     assert again is not first and again.planes != first.planes
     results().embedding = None
     build("embed")

@@ -13,7 +13,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_CURVE as WALK_N
 from bl_ext.user_default.wayfarer.addon.bridge.owned import WALK_PROPERTY
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.render.floor import FLOOR_NAME
-from bl_ext.user_default.wayfarer.addon.results import state
+from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.core.maps.colors import BLOCKED, UNREACHED, linear
 from bl_ext.user_default.wayfarer.core.playback.synthesis import SynthesisSettings, synthesize
 
@@ -28,7 +28,7 @@ def data_folder() -> Path:
 
 
 def scene_results():
-    return state.results(bpy.context.scene)
+    return store.results(bpy.context.scene)
 
 
 def prepare(sample_file, ticked=None, cell_size=0.25, n_headings=12):
@@ -69,7 +69,7 @@ def test_from_clips_to_a_walking_character(fps, sample_file):
     settings.walk.duration = 20.0
     build()
     found = scene_results()
-    assert found.embedding.n_nodes == found.summary["nodes"] > 0
+    assert found.embedding.n_nodes == found.summary.nodes > 0
     assert found.walk.duration >= 20.0
 
     # Both sides of the step can be reached, and nothing stands in an obstacle.

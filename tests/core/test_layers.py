@@ -232,9 +232,9 @@ def test_blender_stays_in_addon():
         ),
         ("addon/bridge/read_scene.py", "from .. import ui", "bridge lies below ui"),
         ("addon/ui/panels.py", "from ...core.embedding import embed", "addon.ui must not know core.embedding"),
-        ("addon/scene/inputs.py", "def f():\n    from ..results.state import results", "scene lies below results"),
+        ("addon/scene/inputs.py", "def f():\n    from ..results.store import results", "scene lies below results"),
         ("addon/scene/inputs.py", "from ...tools import demo", "addon must not know tools"),
-        ("addon/results/state.py", "from core import errors", "not relatively"),
+        ("addon/results/store.py", "from core import errors", "not relatively"),
     ],
 )
 def test_checker_finds(path, source, expected):
@@ -264,8 +264,8 @@ def test_checker_accepts_what_is_right():
         "core/motion/clip.py": "import math, numpy as np\nfrom scipy import spatial\nfrom ..errors import E",
         "core/playback/walk.py": "from ..motion.clip import A\nfrom ..motion import B\nfrom .. import errors",
         "addon/__init__.py": "import bpy\nfrom . import ui, bridge",
-        "addon/ui/__init__.py": "import bpy\nfrom ..results.state import current\nfrom ...core.maps.legend import L",
+        "addon/ui/__init__.py": "import bpy\nfrom ..results.store import current\nfrom ...core.maps.legend import L",
         "addon/bridge/__init__.py": "from ...core.motion import MotionClip",
-        "addon/results/state.py": "from ..core.motion.clip import MotionClip",
+        "addon/results/store.py": "from ..core.motion.clip import MotionClip",
     }
     assert violations(sources) == []

@@ -31,7 +31,7 @@ def bake_otherwise(note) -> hand.Turns:
     yield from editors.turn_to("Walk", "wayfarer.walk.weighting", lambda: walk.weighting, "CLIPS")
     keep_picture("32_clip_weights")
     yield from _walk()
-    note("plays", character.animation_data.action == part("results.state").find_walk(bpy.context.scene))
+    note("plays", character.animation_data.action == part("results.shown").find_walk(bpy.context.scene))
     note("tracks_left", [track.name for track in character.animation_data.nla_tracks])
     yield from editors.turn_to("Walk", "wayfarer.walk.style", lambda: walk.style, "WANDER")
 

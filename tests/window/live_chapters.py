@@ -213,7 +213,7 @@ def _median(times) -> float:
 
 def _at_rest(live) -> hand.Turns:
     """Until nothing is drawn or worked at any more."""
-    settle = part("results.watch")._settle
+    settle = part("results.staleness")._settle
     yield from hand.until(lambda: live.done and not bpy.app.timers.is_registered(settle), "rest")
     for _ in range(15):
         yield

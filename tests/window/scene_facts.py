@@ -21,7 +21,7 @@ def part(name: str):
 
 
 def results():
-    return part("results.state").results(bpy.context.scene)
+    return part("results.store").results(bpy.context.scene)
 
 
 def settings():
@@ -55,7 +55,7 @@ def everything() -> str:
         colors(),
         repr(plain(scene.wayfarer)),
         [id(found.graph), id(found.embedding), id(found.painted), id(found.walk)],
-        sorted(found.summary.items()),
+        str(found.summary),
     ]
     return hashlib.sha256(repr(described).encode()).hexdigest()
 
@@ -78,9 +78,9 @@ def plain(group) -> dict:
 
 def badges() -> dict[str, bool]:
     """What the panels call out of date."""
-    state, scene = part("results.state"), bpy.context.scene
+    staleness, scene = part("results.staleness"), bpy.context.scene
     kinds = ("graph", "embedding", "map", "walk")
-    return {kind: getattr(state, f"{kind}_is_stale")(scene) for kind in kinds}
+    return {kind: getattr(staleness, f"{kind}_is_stale")(scene) for kind in kinds}
 
 
 def numbers() -> dict:
@@ -89,8 +89,8 @@ def numbers() -> dict:
         "segments": len(found.graph.segments) if found.graph else 0,
         "nodes": found.embedding.n_nodes if found.embedding else 0,
         "links": found.embedding.n_links if found.embedding else 0,
-        "walk": len(found.walk) if part("results.state").find_walk(bpy.context.scene) else 0,
-        "painted": part("results.state").find_painted(bpy.context.scene) is not None,
+        "walk": len(found.walk) if part("results.shown").find_walk(bpy.context.scene) else 0,
+        "painted": part("results.shown").find_painted(bpy.context.scene) is not None,
     }
 
 

@@ -92,7 +92,7 @@ def walk(note) -> hand.Turns:
     yield from sidebar.press_button("Walk", "wayfarer.random_walk")
     yield from hand.until(lambda: results().walk is not None, "the walk")
     yield from hand.work_is_done()
-    action, scene = part("results.state").find_walk(bpy.context.scene), bpy.context.scene
+    action, scene = part("results.shown").find_walk(bpy.context.scene), bpy.context.scene
     note("frames", list(action.frame_range))
     note("plays", settings().character.animation_data.action == action)
     places = []
@@ -115,14 +115,14 @@ def _root(frame: int):
 
 
 def undo_walk(note) -> hand.Turns:
-    links, name = numbers()["walk"], part("results.state").find_walk(bpy.context.scene).name
+    links, name = numbers()["walk"], part("results.shown").find_walk(bpy.context.scene).name
     yield from hand.press_in_viewport("Z", ctrl=True)
-    yield from hand.until(lambda: part("results.state").find_walk(bpy.context.scene) is None, "the walk to be gone")
+    yield from hand.until(lambda: part("results.shown").find_walk(bpy.context.scene) is None, "the walk to be gone")
     yield from hand.redrawn()
     note("gone", name not in bpy.data.actions and numbers()["walk"] == 0)
     note("map_stays", numbers()["painted"])
     yield from hand.press_in_viewport("Z", ctrl=True, shift=True)
-    yield from hand.until(lambda: part("results.state").find_walk(bpy.context.scene) is not None, "the walk to be back")
+    yield from hand.until(lambda: part("results.shown").find_walk(bpy.context.scene) is not None, "the walk to be back")
     yield from hand.redrawn()
     note("same", numbers()["walk"] == links)
     note("stale", badges())
@@ -170,7 +170,7 @@ def save_and_reopen(note) -> hand.Turns:
     hand.count_redraws()
     yield from hand.redrawn()
     # Blender tells of changes after opening; what comes of that is seen when things have come to rest.
-    settle = part("results.watch")._settle
+    settle = part("results.staleness")._settle
     yield from hand.until(lambda: not bpy.app.timers.is_registered(settle), "fingerprints of the opened scene")
     yield from hand.redrawn()
     note("same", numbers() == before and colors() == painted)

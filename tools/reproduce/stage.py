@@ -9,7 +9,7 @@ from typing import TypeVar
 import bpy
 import numpy as np
 
-from ...addon.results.state import health_of
+from ...addon.results.clips import health_of
 from ...addon.sample.layouts import SceneLayout, layout_of
 from ...addon.scene.inputs import make_environment, prepared_clips_steps, read_character, read_shapes
 from ...core.embedding.embedding import Embedding, EmbeddingSettings, embed

@@ -7,7 +7,9 @@ import bpy
 from ....core.maps.legend import MapLegend
 from ...render.floor import find_floor, floor_legend
 from ...render.screen_box import Box, BoxTheme, draw_box, text_width
-from ...results.state import find_painted, has_pending, map_is_stale
+from ...results.shown import find_painted
+from ...results.staleness import map_is_stale
+from ...results.store import has_pending
 
 _BAR_WIDTH = 150.0
 _SWATCH = 11.0

@@ -6,7 +6,7 @@ from ...bridge.clip_actions import action_seconds
 from ...bridge.tags import tag_names
 from ...bridge.text import of, scene_length, share, time, turn
 from ...results.advice import clip_advice
-from ...results.state import contacts_of, health_of, motion_of
+from ...results.clips import contacts_of, health_of, motion_of
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 

@@ -4,7 +4,8 @@ import bpy
 
 from ...bridge.text import angle, memory, number, share, share_of, short, small
 from ...results.advice import embedding_advice
-from ...results.state import embedding_changes, embedding_is_stale, lost_links, results
+from ...results.staleness import embedding_changes, embedding_is_stale
+from ...results.store import lost_links, results
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
@@ -40,9 +41,9 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
             layout,
             (
                 ("Grid", f"{nx} x {ny} x {n_headings}"),
-                ("Nodes", number(numbers["nodes"])),
-                ("Links", number(numbers["links"])),
-                ("Floor Covered", share(numbers["coverage"])),
+                ("Nodes", number(numbers.nodes)),
+                ("Links", number(numbers.links)),
+                ("Floor Covered", share(numbers.coverage)),
             ),
         )
         if found.pruning is not None:

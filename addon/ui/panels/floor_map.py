@@ -5,8 +5,9 @@ import bpy
 from ...live.live import status
 from ...render.floor import find_floor, floor_legend
 from ...results.advice import stale_advice
-from ...results.state import find_painted, map_is_stale, results
-from ...results.store import embedded_graph
+from ...results.shown import find_painted
+from ...results.staleness import map_is_stale
+from ...results.store import embedded_graph, results
 from ..swatches import swatch
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties

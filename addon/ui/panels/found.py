@@ -1,7 +1,7 @@
 """How panels show what was found out."""
 
 from ...results.findings import Topic, find_finding, finding_is_stale, numbers_of
-from ...results.state import results
+from ...results.store import results
 from ..text import draw_wrapped
 from .step import Sidebar, draw_numbers, draw_sentences
 

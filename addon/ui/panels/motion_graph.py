@@ -3,7 +3,8 @@
 import bpy
 
 from ...bridge.text import number, of, short, time
-from ...results.state import graph_changes, graph_is_stale, results
+from ...results.staleness import graph_changes, graph_is_stale
+from ...results.store import results
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
@@ -51,9 +52,9 @@ class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
                     ("Segments", number(len(found.graph.segments))),
                     ("Links", number(len(found.graph.links))),
                     ("Highest Cost", short(found.graph.max_cost)),
-                    ("Clips", of(numbers["clips_played"], numbers["clips"])),
-                    ("Motion", time(numbers["motion_seconds"])),
-                    ("Dropped", time(numbers["dropped_seconds"])),
+                    ("Clips", of(numbers.clips_played, numbers.clips)),
+                    ("Motion", time(numbers.motion_seconds)),
+                    ("Dropped", time(numbers.dropped_seconds)),
                 ),
             )
 

@@ -3,7 +3,7 @@
 import bpy
 
 from ...results.findings import PRUNING, PRUNING_CURVE, find_finding
-from ...results.state import results
+from ...results.store import results
 from .evaluation import topic_part
 from .found import draw_finding_numbers, draw_next_step
 from .step import Step, draw_sentences, split_properties

@@ -4,7 +4,9 @@ import bpy
 
 from ...bridge.text import angle, number, of, scene_length, scene_slide, small, time
 from ...results.advice import stale_advice
-from ...results.state import find_walk, results, walk_changes, walk_is_stale
+from ...results.shown import find_walk
+from ...results.staleness import walk_changes, walk_is_stale
+from ...results.store import results
 from ..text import draw_wrapped
 from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
@@ -33,13 +35,13 @@ class WAYFARER_PT_walk(Step, bpy.types.Panel):
         draw_sentences(context, layout, stale_advice(context.scene))
         if find_walk(context.scene) is not None:
             draw_sentences(context, layout, walk_changes(context.scene))
-            numbers = results(context.scene).summary
+            numbers = results(context.scene).summary.walk
             draw_numbers(
                 layout,
                 (
-                    ("Duration", time(numbers["walk_seconds"])),
-                    ("Length", scene_length(context.scene, numbers["walk_length"])),
-                    ("Segments", number(numbers["walk_segments"])),
+                    ("Duration", time(numbers.seconds)),
+                    ("Length", scene_length(context.scene, numbers.length)),
+                    ("Segments", number(numbers.segments)),
                 ),
             )
 
