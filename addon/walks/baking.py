@@ -131,7 +131,9 @@ def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Act
     bpy.context.view_layer.update()
     names = [walk.embedding.graph.segments[s].name for s in walk.segments]
     track = write_strips(character, clip, walk.node_frames, names, WALK_NAME, FIRST_FRAME)
-    return track.strips[0].action, track.strips[-1].frame_end
+    action = track.strips[0].action
+    assert action is not None
+    return action, track.strips[-1].frame_end
 
 
 def _claim_played(character) -> None:

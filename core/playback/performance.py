@@ -45,6 +45,19 @@ class _Action:
     frame: int
 
 
+@dataclass(frozen=True)
+class _Playable:
+    """An action, the nodes where it can begin, and the links by which it is played.
+
+    ``able`` holds, for each segment of the action and each of its stencils, the plane of starts from which the rest
+    of the action can be played to its end.
+    """
+
+    action: _Action
+    beginnings: Nodes
+    able: tuple[dict[int, int], ...]
+
+
 def perform_steps(
     embedding: Embedding,
     start: Node | Nodes,
@@ -80,14 +93,14 @@ def perform_steps(
         raise WalkError("The place of the action is not a number, or its radius is negative; choose another one.")
     reader = LinkReader(embedding)
     starts = start_nodes(reader, start)
-    stage = _Stage(embedding, np.asarray(position, dtype=float)[:2], radius)
-    scripts = []
+    near = _Nearness(embedding, np.asarray(position, dtype=float)[:2], radius)
+    playable = []
     for number, action in enumerate(actions := _actions(embedding.graph, segments, tag)):
         yield Progress(0.1 * number / len(actions), "Looking for room")
-        scripts.append(stage.script(action))
+        playable.append(_playable(embedding, action, near))
     goal = [0] * len(embedding.nodes)
-    for script in scripts:
-        goal = [a | b for a, b in zip(goal, script.beginnings, strict=True)]
+    for found in playable:
+        goal = [a | b for a, b in zip(goal, found.beginnings, strict=True)]
     if not any(goal):
         raise WalkError(
             f"The action cannot be played within {wording.exact(radius)} m of "
@@ -97,14 +110,12 @@ def perform_steps(
     time_to_go = yield from portion(time_to_go_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
     trail = yield from portion(quickest_trail_steps(reader, time_to_go, starts, limit), 0.9, 1.0)
     first = len(trail.stencils)
-    best = min(
-        (found for script in scripts if (found := script.play(reader, trail.node)) is not None), key=lambda f: f.edit
-    )
-    for stencil in best.stencils:
+    ways = [(found.action, way) for found in playable if (way := _cheapest_way(reader, found, trail.node))]
+    action, (_, stencils) = min(ways, key=lambda way: way[1][0])
+    for stencil in stencils:
         trail.take(stencil)
-    link, frame = first + best.action.middle, best.action.frame
     walk = trail.walk()
-    return Performance(walk, first, walk.root_path[walk.node_frames[link] + frame, :2])
+    return Performance(walk, first, walk.root_path[walk.node_frames[first + action.middle] + action.frame, :2])
 
 
 def continued(walk: Walk, further: Walk) -> Walk:
@@ -146,52 +157,55 @@ def _action(graph: MotionGraph, run: list[int], tag: str | None) -> _Action:
     return _Action(tuple(run), middle, frame)
 
 
-@dataclass(frozen=True)
-class _Played:
-    action: _Action
-    stencils: list[int]
-    edit: float
+def _cheapest_way(reader: LinkReader, playable: _Playable, node: Node) -> tuple[float, list[int]] | None:
+    """Return edit and links of the action from a node with the least edit; None if it cannot begin there."""
+    nx, ny = reader.embedding.shape[:2]
+    layout, edits = reader.embedding.unrolling.layout, link_edits(reader.embedding)
+    ways: dict[Node, tuple[float, list[int]]] = {node: (0.0, [])}
+    for able in playable.able:
+        onward: dict[Node, tuple[float, list[int]]] = {}
+        for here, (edit, stencils) in ways.items():
+            bit = layout.bit(here[0] % nx, here[1] % ny)
+            for k in reader.stencils_from(here).tolist():
+                if able.get(k, 0) >> bit & 1:
+                    there, total = reader.follow(here, k), edit + float(edits[k])
+                    if there not in onward or total < onward[there][0]:
+                        onward[there] = (total, [*stencils, k])
+        ways = onward
+    return min(ways.values(), key=lambda way: way[0], default=None)
 
 
-@dataclass(frozen=True)
-class _Script:
-    """The places where an action can begin, and the links by which it is played.
-
-    Attributes
-    ----------
-    beginnings : Nodes
-    able : for each segment of the action and each of its stencils, the plane of starts from which the rest of the
-        action can be played to its end
-    """
-
-    embedding: Embedding
-    action: _Action
-    beginnings: Nodes
-    able: tuple[dict[int, int], ...]
-
-    def play(self, reader: LinkReader, node: Node) -> _Played | None:
-        """The links of the action from a node, with the least edit; None if it cannot begin there."""
-        nx, ny = self.embedding.shape[:2]
-        layout, edits = self.embedding.unrolling.layout, link_edits(self.embedding)
-        ways: dict[Node, tuple[float, list[int]]] = {node: (0.0, [])}
-        for able in self.able:
-            onward: dict[Node, tuple[float, list[int]]] = {}
-            for here, (edit, stencils) in ways.items():
-                bit = layout.bit(here[0] % nx, here[1] % ny)
-                for k in reader.stencils_from(here).tolist():
-                    if able.get(k, 0) >> bit & 1:
-                        there, total = reader.follow(here, k), edit + float(edits[k])
-                        if there not in onward or total < onward[there][0]:
-                            onward[there] = (total, [*stencils, k])
-            ways = onward
-        if not ways:
-            return None
-        edit, stencils = min(ways.values(), key=lambda way: way[0])
-        return _Played(self.action, stencils, edit)
+def _playable(embedding: Embedding, action: _Action, near: "_Nearness") -> _Playable:
+    """Go backwards through an action: from where each of its segments leads to where the next one can start."""
+    network, n_headings = embedding.network, embedding.shape[2]
+    layout, stencils, valid = network.layout, embedding.unrolling.stencils, embedding.unrolling.valid
+    # Where the character may stand before the next segment; at the end, wherever the embedding goes on.
+    allowed = [layout.ground] * n_headings
+    able: list[dict[int, int]] = []
+    for i, segment in reversed(list(enumerate(action.segments))):
+        ends = embedding.planes[segment * n_headings : (segment + 1) * n_headings]
+        extended = [layout.extend(plane & free) for plane, free in zip(ends, allowed, strict=True)]
+        allowed, of_stencils = [0] * n_headings, {}
+        for k in np.flatnonzero(stencils.segment == segment).tolist():
+            there = extended[int(stencils.destination_heading[k])]
+            shift = int(layout.shift(stencils.dx[k], stencils.dy[k]))
+            plane = valid[k] & (there >> shift if shift >= 0 else there << -shift)
+            if plane and i == action.middle:
+                plane &= near.starts(k, action.frame)
+            if plane:
+                of_stencils[k] = plane
+                allowed[int(stencils.heading[k])] |= plane
+        able.insert(0, of_stencils)
+    parents = network.parents[action.segments[0]]
+    standing = [
+        plane & allowed[index % n_headings] if index // n_headings in parents else 0
+        for index, plane in enumerate(embedding.planes)
+    ]
+    return _Playable(action, network.bundles(standing), tuple(able))
 
 
-class _Stage:
-    """A place, and what can be played around it."""
+class _Nearness:
+    """The starts from which links pass within a radius of a place."""
 
     def __init__(self, embedding: Embedding, position: np.ndarray, radius: float):
         self._embedding, self._radius = embedding, radius
@@ -200,39 +214,8 @@ class _Stage:
         self._offsets = grid.positions(np.moveaxis(np.indices(grid.shape[:2]), 0, -1)) - position
         self._paths = StencilPaths(embedding)
 
-    def script(self, action: _Action) -> _Script:
-        """Backwards through the action: from where each of its segments leads to where the next one can start."""
-        embedding, network = self._embedding, self._embedding.network
-        layout, n_headings = network.layout, network.n_headings
-        stencils, valid = embedding.unrolling.stencils, embedding.unrolling.valid
-        # Where the character may stand before the next segment; at the end, wherever the embedding goes on.
-        allowed = [layout.ground] * n_headings
-        able: list[dict[int, int]] = []
-        for i in range(len(action.segments) - 1, -1, -1):
-            segment = action.segments[i]
-            ends = embedding.planes[segment * n_headings : (segment + 1) * n_headings]
-            extended = [layout.extend(plane & free) for plane, free in zip(ends, allowed, strict=True)]
-            starts, of_stencils = [0] * n_headings, {}
-            for k in np.flatnonzero(stencils.segment == segment).tolist():
-                there = extended[int(stencils.destination_heading[k])]
-                shift = int(layout.shift(stencils.dx[k], stencils.dy[k]))
-                plane = valid[k] & (there >> shift if shift >= 0 else there << -shift)
-                if plane and i == action.middle:
-                    plane &= self._near(k, action.frame)
-                if plane:
-                    of_stencils[k] = plane
-                    starts[int(stencils.heading[k])] |= plane
-            able.insert(0, of_stencils)
-            allowed = starts
-        first = action.segments[0]
-        standing = [
-            plane & allowed[index % n_headings] if index // n_headings in network.parents[first] else 0
-            for index, plane in enumerate(embedding.planes)
-        ]
-        return _Script(embedding, action, network.bundles(standing), tuple(able))
-
-    def _near(self, stencil: int, frame: int) -> int:
-        """The plane of starts from which a frame of a stencil lies within the radius."""
+    def starts(self, stencil: int, frame: int) -> int:
+        """Return the plane of starts from which a frame of a stencil lies within the radius."""
         grid = self._embedding.environment.grid
         away = self._offsets + (self._paths.positions[stencil, frame - 1] if frame else 0.0)
         if grid.tiled:
