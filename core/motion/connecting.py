@@ -13,7 +13,7 @@ from .cutting import CONTINUATION, MAX_ROUNDS, Ascent
 
 
 def kept_goodness(goodness: csr_matrix, lengths: np.ndarray, cuts: list[np.ndarray]) -> float:
-    """Return the :func:`.cutting.total_goodness` of the links within the largest strongly connected component only."""
+    """Sum the goodness of the links within the largest strongly connected component."""
     return _NOTHING.joined_by(_FrameLinks(goodness, lengths), dict(enumerate(cuts))).kept_goodness
 
 

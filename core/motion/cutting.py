@@ -24,8 +24,8 @@ def cut_steps(
 ) -> Generator[Progress, None, list[list[np.ndarray]]]:
     """Find locally best cuts of all clips, from ``n_starts`` different beginnings.
 
-    Coordinate ascent on :func:`total_goodness`: clip by clip, the cuts become the best there are while the
-    other clips' cuts stay; rounds repeat until none improves.
+    Coordinate ascent on the goodness summed over all links between the segments that the cuts make: clip by clip,
+    the cuts become the best there are while the other clips' cuts stay; rounds repeat until none improves.
 
     Parameters
     ----------
@@ -53,25 +53,6 @@ def cut_steps(
         yield Progress(start / n_starts, "Choosing cuts")
         solutions.append((yield from portion(ascent.climb(expected), start / n_starts, (start + 1) / n_starts)))
     return solutions
-
-
-def total_goodness(goodness: csr_matrix, lengths: np.ndarray, cuts: list[np.ndarray]) -> float:
-    """Sum the goodness of all links between the segments that the cuts make.
-
-    A segment ends at every cut but the clip's first and starts at every cut but the last; a link leads from
-    every end to every start that ``goodness`` has an entry for, and across every cut in between to the next
-    segment.
-
-    >>> goodness = csr_matrix(([0.5, 0.5], ([0, 5], [5, 0])), shape=(6, 6))
-    >>> total_goodness(goodness, np.array([6]), [np.array([0, 3, 5])])  # from the end to the start, and on at 3
-    1.5
-    """
-    offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    starts, ends = np.zeros(sum(lengths)), np.zeros(sum(lengths))
-    for offset, frames in zip(offsets, cuts, strict=True):
-        starts[offset + frames[:-1]] = 1
-        ends[offset + frames[1:]] = 1
-    return float(ends @ (goodness @ starts) + CONTINUATION * (ends @ starts))
 
 
 def best_cuts(

@@ -163,40 +163,12 @@ def joined(parts: list[PoseFeatures]) -> PoseFeatures:
     )
 
 
-def transition_costs(features_a: PoseFeatures, features_b: PoseFeatures) -> np.ndarray:
-    """Return the (A, B) float32 cost of switching from each frame of ``features_a`` to each of ``features_b``.
+def pair_costs(features: PoseFeatures, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the (P,) float64 costs of switching between the frames (first[p], second[p]) of one set of features.
 
     ``D = sum_k w_k |log(q_bk^-1 q_ak)|^2 + nu sum_k w_k |omega_ak - omega_bk|^2 + root terms`` (rad^2), after Lee
-    et al. 2002, section 4.1, with horizontal position and heading left out. Symmetric: switching from b to a
-    costs the same. Needs A x B x 4 bytes and a little more.
+    et al. 2002, section 4.1, with horizontal position and heading left out. Symmetric.
     """
-    costs = np.empty((features_a.n_frames, features_b.n_frames), dtype=np.float32)
-    rotations_a, rotations_b = (
-        np.ascontiguousarray(features.rotations.transpose(1, 0, 2), dtype=np.float32)
-        for features in (features_a, features_b)
-    )
-    centre = features_b.vectors.mean(axis=0)
-    vectors_a, vectors_b = features_a.vectors - centre, features_b.vectors - centre
-    squares_b = np.einsum("fm,fm->f", vectors_b, vectors_b)
-    height = max(1, BLOCK_ELEMENTS // max(1, features_b.n_frames))
-    for top in range(0, features_a.n_frames, height):
-        rows = slice(top, top + height)
-        # Velocities may be large and nearly equal: their difference needs double precision, angles do not.
-        block = vectors_a[rows] @ vectors_b.T
-        block *= -2
-        block += np.einsum("fm,fm->f", vectors_a[rows], vectors_a[rows])[:, None]
-        block += squares_b
-        total = np.maximum(block, 0).astype(np.float32)
-        for weight, of_a, of_b in zip(features_a.weights, rotations_a, rotations_b, strict=True):
-            angles = squared_angles(of_a[rows] @ of_b.T)
-            angles *= np.float32(weight)
-            total += angles
-        costs[rows] = total
-    return costs
-
-
-def pair_costs(features: PoseFeatures, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the (P,) float64 costs of the P pairs of frames (first[p], second[p]) of one set of features."""
     cosines = np.einsum("pkc,pkc->pk", features.rotations[first], features.rotations[second])
     difference = features.vectors[first] - features.vectors[second]
     return squared_angles(cosines) @ features.weights + np.einsum("pm,pm->p", difference, difference)

@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 from core.motion.clip import MotionClip
 from core.motion.connecting import kept_goodness, reconnect_steps
 from core.motion.contacts import foot_contacts
-from core.motion.cutting import cut_steps, total_goodness
+from core.motion.cutting import cut_steps
 from core.motion.distance import joined, pose_features
 from core.motion.frame_pairs import FramePairs, FrameSet
 from core.motion.graph_settings import MotionGraphSettings
@@ -17,7 +17,7 @@ from core.motion.segmentation import segmentation, with_continuations
 from core.motion.threshold import choose_cuts_steps
 from core.progress import finish
 from tests.bench import problems
-from tests.core.cuttings import exhaustive_best, greedy_cuts
+from tests.core.cuttings import exhaustive_best, greedy_cuts, total_goodness
 
 Cuts = list[np.ndarray]
 

@@ -6,6 +6,8 @@ from itertools import combinations, pairwise, product
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from core.motion.cutting import CONTINUATION
+
 
 def spaced(n_frames: int, min_gap: int) -> Iterator[tuple[int, ...]]:
     """All choices of cuts: none, or at least two, far enough apart."""
@@ -39,3 +41,18 @@ def greedy_cuts(goodness: csr_matrix, lengths, min_gap: int) -> list[np.ndarray]
             left[max(cuts[-1] - min_gap + 1, 0) : cuts[-1] + min_gap] = 0
         chosen.append(np.array(sorted(cuts) if len(cuts) > 1 else [], dtype=int))
     return chosen
+
+
+def total_goodness(goodness: csr_matrix, lengths: np.ndarray, cuts: list[np.ndarray]) -> float:
+    """Sum the goodness of all links between the segments that the cuts make.
+
+    A segment ends at every cut but the clip's first and starts at every cut but the last; a link leads from
+    every end to every start that ``goodness`` has an entry for, and across every cut in between to the next
+    segment.
+    """
+    offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    starts, ends = np.zeros(sum(lengths)), np.zeros(sum(lengths))
+    for offset, frames in zip(offsets, cuts, strict=True):
+        starts[offset + frames[:-1]] = 1
+        ends[offset + frames[1:]] = 1
+    return float(ends @ (goodness @ starts) + CONTINUATION * (ends @ starts))

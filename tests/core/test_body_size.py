@@ -7,8 +7,10 @@ import pytest
 
 from core.motion.body_size import body_radius, relative_size
 from core.motion.contacts import foot_contacts
-from core.motion.distance import pose_features, transition_costs
+from core.motion.distance import pose_features
 from core.motion.repertoire import sample_repertoire
+
+from .dense_costs import transition_costs
 
 CLIP = sample_repertoire()[0]
 

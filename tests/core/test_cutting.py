@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
 from core.motion.connecting import kept_goodness, reconnect_steps
-from core.motion.cutting import CONTINUATION, best_cuts, cut_steps, total_goodness
+from core.motion.cutting import CONTINUATION, best_cuts, cut_steps
 from core.progress import finish
 
-from .cuttings import exhaustive_best, greedy_cuts, spaced
+from .cuttings import exhaustive_best, greedy_cuts, spaced, total_goodness
 
 
 def cut_solutions(*arguments):

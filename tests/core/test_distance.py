@@ -15,13 +15,13 @@ from core.motion.distance import (
     pair_costs,
     pose_features,
     squared_angles,
-    transition_costs,
 )
 from core.motion.joint_roles import JointRole
 from core.motion.skeleton import Skeleton
 from core.progress import finish
 
 from .bvh import read_bvh
+from .dense_costs import transition_costs
 
 NAMES = (
     "Hips",

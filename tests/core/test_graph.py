@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from core.errors import ClipError, MotionGraphError
 from core.motion.clip import MotionClip
 from core.motion.contacts import foot_contacts
-from core.motion.distance import pose_features, transition_costs
+from core.motion.distance import pose_features
 from core.motion.graph import (
     MotionGraphSettings,
     build_motion_graph,
@@ -24,6 +24,7 @@ from core.motion.skeleton import Skeleton
 from core.progress import finish
 
 from .bvh import read_bvh
+from .dense_costs import transition_costs
 from .motion_graphs import recorded_clips, sample_graph
 
 NAMES = ("hips", "thigh.L", "shin.L", "foot.L", "thigh.R", "shin.R", "foot.R")

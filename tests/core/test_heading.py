@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from core.errors import ClipError
 from core.motion.clip import MotionClip
 from core.motion.contacts import foot_contacts
-from core.motion.distance import pose_features, transition_costs
+from core.motion.distance import pose_features
 from core.motion.doctor import examine
 from core.motion.graph import build_motion_graph
 from core.motion.heading import steady_heading, with_steady_heading
@@ -19,6 +19,7 @@ from core.motion.repertoire import sample_repertoire
 from core.motion.skeleton import Skeleton
 
 from .bvh import read_bvh
+from .dense_costs import transition_costs
 from .rotations import as_quaternions, as_rotation
 
 CLIPS = {clip.name: clip for clip in sample_repertoire()}

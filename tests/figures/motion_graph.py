@@ -24,11 +24,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch
 
 from core.motion.contacts import foot_contacts
-from core.motion.distance import joined, pose_features, transition_costs
+from core.motion.distance import joined, pose_features
 from core.motion.graph import MotionGraph, MotionGraphSettings, build_motion_graph
 from core.motion.graph_summary import summarize
 from tests.bench import problems
 from tests.core.bvh import read_bvh
+from tests.core.dense_costs import transition_costs
 from tests.core.motion_graphs import DEFECTIVE_FRAMES
 from tests.figures.graph_layout import spring_layout
 
