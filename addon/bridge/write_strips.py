@@ -92,7 +92,8 @@ def write_strips(
     # The frame of a seam belongs to both strips.
     lengths = np.diff(cuts) + 1
     starts = np.cumsum(lengths) - lengths
-    played = _taken(clip, np.concatenate([np.arange(a, b + 1) for a, b in pairwise(cuts)]))
+    frames = np.concatenate([np.arange(a, b + 1) for a, b in pairwise(cuts)])
+    played = replace(clip, heading=clip.ground_path[:, 2]).taken(frames)
 
     carriers = find_carriers(armature_object, binding)
     keys = carriers.object_keys
@@ -167,17 +168,6 @@ def remove_strips(armature_object, track_name: str = "Wayfarer Walk") -> int:
         armature_object.matrix_basis = Matrix([entries[i : i + 4] for i in range(0, 16, 4)])
         del armature_object[_PLACE_PROPERTY]
     return removed
-
-
-def _taken(clip: MotionClip, frames: np.ndarray) -> MotionClip:
-    """Some frames of a clip, one after the other."""
-    return replace(
-        clip,
-        rotations=clip.rotations[frames],
-        translations=clip.translations[frames],
-        tags={tag: np.asarray(mask)[frames] for tag, mask in clip.tags.items()},
-        heading=clip.ground_path[frames, 2],
-    )
 
 
 def _held(placements: Placements, frames: np.ndarray) -> Placements:

@@ -17,6 +17,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.footprint import edit_profile
 from ..errors import NOTHING_FITS, ExportError
 from ..motion.graph import MotionGraph, MotionSegment
+from ..motion.runs import runs
 from ..progress import Progress, portion
 from .table import engine_table_steps
 
@@ -113,14 +114,8 @@ def _segment(graph: MotionGraph, segment: MotionSegment) -> dict[str, Any]:
         "end": segment.last / graph.frame_rate,
         "frames": segment.n_frames,
         "duration": float(segment.duration),
-        "tags": {tag: _ranges(mask) for tag, mask in segment.tags.items()},
+        "tags": {tag: [list(run) for run in runs(mask)] for tag, mask in segment.tags.items()},
     }
-
-
-def _ranges(mask: np.ndarray) -> list[list[int]]:
-    """List the first and last frame of each stretch of frames that carry a tag."""
-    steps = np.diff(np.concatenate([[0], np.asarray(mask, dtype=int), [0]]))
-    return np.column_stack([np.flatnonzero(steps > 0), np.flatnonzero(steps < 0) - 1]).tolist()
 
 
 def _bits(cells: np.ndarray) -> np.ndarray:

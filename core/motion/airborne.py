@@ -7,6 +7,7 @@ import numpy as np
 from ..errors import ClipError
 from .clip import MotionClip
 from .contacts import FLOOR_PERCENTILE, foot_joints
+from .runs import runs
 
 
 def clearance_mask(clip: MotionClip, feet: Sequence[Sequence[int]], height: float) -> np.ndarray:
@@ -33,10 +34,9 @@ def jump_mask(clip: MotionClip, height: float, lift: float = 0.03, lead: float =
     """
     feet = foot_joints(clip.skeleton)
     off_ground, high = clearance_mask(clip, feet, lift), clearance_mask(clip, feet, height)
-    changes = np.flatnonzero(np.diff(np.concatenate([[0], off_ground.astype(int), [0]])))
     margin = round(lead * clip.frame_rate)
     mask = np.zeros(clip.n_frames, dtype=bool)
-    for first, end in zip(changes[::2], changes[1::2], strict=True):
-        if high[first:end].any():
-            mask[max(first - margin, 0) : end + margin] = True
+    for first, last in runs(off_ground):
+        if high[first : last + 1].any():
+            mask[max(first - margin, 0) : last + 1 + margin] = True
     return mask

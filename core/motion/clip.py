@@ -126,6 +126,16 @@ class MotionClip:
         """World rotations (F, J, 4) and joint positions (F, J, 3) of every frame."""
         return world_transforms(self.rotations, self.translations, self.skeleton.parents)
 
+    def taken(self, frames: slice | np.ndarray) -> "MotionClip":
+        """Return some frames of the clip, one after the other; ``first_frame`` stays."""
+        return replace(
+            self,
+            rotations=self.rotations[frames],
+            translations=self.translations[frames],
+            tags={tag: np.asarray(mask)[frames] for tag, mask in self.tags.items()},
+            heading=None if self.heading is None else self.heading[frames],
+        )
+
     def resampled(self, frame_rate: float) -> "MotionClip":
         """Return the motion at another rate; rotations by spherical interpolation, tags by the nearest frame."""
         if frame_rate == self.frame_rate:

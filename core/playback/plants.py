@@ -7,6 +7,7 @@ import numpy as np
 
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings, foot_joints, joint_contacts
+from ..motion.runs import runs
 from .walk import Walk
 
 _HALF_STEP = 0.65
@@ -168,8 +169,7 @@ def walk_plants(walk: Walk, settings: ContactSettings | None = None) -> list[Pla
 def _plants(contacts: Sequence[np.ndarray], feet: Sequence[Sequence[int]]) -> list[Plant]:
     found = []
     for side, (planted, foot) in enumerate(zip(contacts, feet, strict=True)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], planted.any(axis=1), [False]]).astype(int)))
         # Joints are in order from the ankle to the tip.
         lowest = np.asarray(foot)[len(foot) - 1 - np.argmax(planted[:, ::-1], axis=1)]
-        found += [Plant(side, a, b - 1, lowest[a:b]) for a, b in edges.reshape(-1, 2).tolist()]
+        found += [Plant(side, a, b, lowest[a : b + 1]) for a, b in runs(planted.any(axis=1))]
     return found

@@ -64,8 +64,7 @@ def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[F
             f"Clip '{clip.name}' lasts {wording.time(clip.duration)}, less than one segment of "
             f"{wording.exact(settings.min_segment_duration)} s; drop it or shorten Min Segment."
         )
-        whole = (0, clip.n_frames - 1)
-        found.append(Finding(clip.name, FindingKind.TOO_SHORT, whole, (), sentence, Remedy(RemedyKind.DROP)))
+        found.append(_of_the_whole(clip, FindingKind.TOO_SHORT, (), sentence))
     return tuple(sorted(found, key=lambda finding: finding.frames))
 
 
@@ -79,25 +78,17 @@ def examine_all(clips: Sequence[MotionClip], settings: DoctorSettings | None = N
     found = [finding for clip in clips for finding in examine(clip, settings)]
     if not clips:
         return ()
-    kinds: list[MotionClip] = []
-    labels = []
-    for clip in clips:
-        label = next((i for i, other in enumerate(kinds) if clip.skeleton.is_like(other.skeleton)), len(kinds))
-        if label == len(kinds):
-            kinds.append(clip)
-        labels.append(label)
+    # Each clip by the first one of its skeleton.
+    labels = [next(i for i, other in enumerate(clips) if clip.skeleton.is_like(other.skeleton)) for clip in clips]
     usual = Counter(labels).most_common(1)[0][0]
     alike = [clip for clip, label in zip(clips, labels, strict=True) if label == usual]
     lengths = np.array([_bone_lengths(clip.skeleton) for clip in alike])
     typical = np.median(lengths, axis=0)
-    for clip, label in zip(clips, labels, strict=True):
-        if label != usual:
-            found.append(_other_skeleton(clip, alike[0]))
+    found += [_other_skeleton(clip, alike[0]) for clip, label in zip(clips, labels, strict=True) if label != usual]
     for clip, own in zip(alike, lengths, strict=True):
         found += _other_proportions(clip, own, typical, settings)
-    order = {id(clip): place for place, clip in enumerate(clips)}
-    place = {clip.name: order[id(clip)] for clip in reversed(clips)}
-    return tuple(sorted(found, key=lambda finding: (place[finding.clip], finding.frames)))
+    names = [clip.name for clip in clips]
+    return tuple(sorted(found, key=lambda finding: (names.index(finding.clip), finding.frames)))
 
 
 def _lost_data(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
@@ -146,9 +137,7 @@ def _in_place(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
         f"Clip '{clip.name}' walks on the spot: at {source_frames(clip, 0, clip.n_frames - 1)} its feet slide at "
         f"{wording.speed(missing)} and its root does not travel; synthesise root motion from its standing feet."
     )
-    remedy = Remedy(RemedyKind.ROOT_MOTION)
-    whole = (0, clip.n_frames - 1)
-    return [Finding(clip.name, FindingKind.IN_PLACE, whole, clip.skeleton.names[:1], sentence, remedy)]
+    return [_of_the_whole(clip, FindingKind.IN_PLACE, clip.skeleton.names[:1], sentence, RemedyKind.ROOT_MOTION)]
 
 
 def _cut_out(
@@ -166,6 +155,12 @@ def _cut_out(
     return Finding(
         clip.name, kind, (first, last), joints, f"Clip '{clip.name}' {what}; {in_words(clip, remedy)}.", remedy
     )
+
+
+def _of_the_whole(
+    clip: MotionClip, kind: FindingKind, joints: tuple[str, ...], sentence: str, remedy: RemedyKind = RemedyKind.DROP
+) -> Finding:
+    return Finding(clip.name, kind, (0, clip.n_frames - 1), joints, sentence, Remedy(remedy))
 
 
 def _covered(first: int, last: int, taken: list[tuple[int, int]], margin: int) -> bool:
@@ -188,9 +183,7 @@ def _other_skeleton(clip: MotionClip, usual: MotionClip) -> Finding:
     else:
         problem = "its bones are arranged otherwise"
     sentence = f"Clip '{clip.name}' is of another skeleton than '{usual.name}': {problem}; drop it or retarget it."
-    whole = (0, clip.n_frames - 1)
-    joints = missing or added
-    return Finding(clip.name, FindingKind.OTHER_SKELETON, whole, joints, sentence, Remedy(RemedyKind.DROP))
+    return _of_the_whole(clip, FindingKind.OTHER_SKELETON, missing or added, sentence)
 
 
 def _other_proportions(
@@ -207,6 +200,4 @@ def _other_proportions(
         f"Clip '{clip.name}' has a character of other proportions: bone '{clip.skeleton.names[worst + 1]}' is "
         f"{wording.small(own[worst])} long, and {wording.small(typical[worst])} in most clips; drop it or retarget it."
     )
-    whole = (0, clip.n_frames - 1)
-    remedy = Remedy(RemedyKind.DROP)
-    return [Finding(clip.name, FindingKind.OTHER_PROPORTIONS, whole, names, sentence, remedy)]
+    return [_of_the_whole(clip, FindingKind.OTHER_PROPORTIONS, names, sentence)]

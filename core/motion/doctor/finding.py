@@ -98,15 +98,7 @@ def apply_remedy(clip: MotionClip, remedy: Remedy) -> tuple[MotionClip, ...]:
 
 def trimmed(clip: MotionClip, first: int, last: int) -> MotionClip:
     """Return the samples ``first`` to ``last``, both included; ``first_frame`` goes with them."""
-    kept = slice(first, last + 1)
-    return replace(
-        clip,
-        rotations=clip.rotations[kept],
-        translations=clip.translations[kept],
-        tags={tag: mask[kept] for tag, mask in clip.tags.items()},
-        first_frame=clip.first_frame + first,
-        heading=None if clip.heading is None else clip.heading[kept],
-    )
+    return replace(clip.taken(slice(first, last + 1)), first_frame=clip.first_frame + first)
 
 
 def without_frames(clip: MotionClip, first: int, last: int, min_frames: int) -> Remedy:

@@ -4,6 +4,7 @@ import numpy as np
 
 from .. import quat
 from ..clip import MotionClip
+from ..runs import runs
 
 _STILL = 1e-7
 """Radians, and statures, from frame to frame that are rounding, not motion."""
@@ -25,7 +26,7 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
     No data is the identity or the rest rotation. What holds still and moves on gently is an animator's hold and
     not found; a joint that hardly ever moves is not animated. Fingers are left out.
     """
-    runs: dict[tuple[int, int], dict[int, float]] = {}
+    lost: dict[tuple[int, int], dict[int, float]] = {}
     for joint in np.flatnonzero(~clip.skeleton.fingers).tolist():
         q = clip.rotations[:, joint]
         steps = quat.angle_between(q[:-1], q[1:])
@@ -36,18 +37,18 @@ def frozen_joints(clip: MotionClip) -> list[tuple[int, int, tuple[int, ...]]]:
             empty |= quat.angle_between(q, value) < 1e-4
         if empty.mean() > 0.5:
             empty[:] = False  # this is how the joint is, and what moves it for a moment is no lack of data
-        found = [run for run in _runs(empty) if _is_lost(steps, *run, _ZERO_TURN)]
+        found = [run for run in runs(empty) if _is_lost(steps, *run, _ZERO_TURN)]
         for first, last in _stretches(steps < _STILL):
             short = last - first + 1 < clip.n_frames / 2
             if short and not empty[first] and _is_held(steps, first, last, _ABRUPT_TURN):
                 found.append((first, last))
         for first, last in found:
             ends = steps[[at for at in (first - 1, last) if 0 <= at < len(steps)]]
-            runs.setdefault((first, last), {})[joint] = float(ends.max())
+            lost.setdefault((first, last), {})[joint] = float(ends.max())
     # Data is lost limb by limb. One joint alone may have swung to its limit within a frame.
     return [
         (first, last, tuple(joints))
-        for (first, last), joints in sorted(runs.items())
+        for (first, last), joints in sorted(lost.items())
         if last - first + 1 >= _MIN_HELD or len(joints) > 1 or max(joints.values()) > _LONE_ZERO_TURN
     ]
 
@@ -61,7 +62,7 @@ def lost_root(clip: MotionClip) -> list[tuple[int, int]]:
     for place in (np.zeros(3), clip.skeleton.rest_translations[0]):
         lost |= np.linalg.norm(places - place, axis=1) < 1e-3 * size
     held = [run for run in _stretches(steps < _STILL) if not lost[run[0]] and _is_held(steps, *run, _ABRUPT_MOVE)]
-    return sorted(held + [run for run in _runs(lost) if _is_lost(steps, *run, _ABRUPT_ROOT)])
+    return sorted(held + [run for run in runs(lost) if _is_lost(steps, *run, _ABRUPT_ROOT)])
 
 
 def _jumps(steps: np.ndarray, first: int, last: int, least: float) -> list[bool]:
@@ -88,10 +89,4 @@ def _is_held(steps: np.ndarray, first: int, last: int, least: float) -> bool:
 
 def _stretches(still: np.ndarray) -> list[tuple[int, int]]:
     """First and last frame of each run of still steps (F - 1,)."""
-    return [(first, last + 1) for first, last in _runs(still)]
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """First and last index of each run of True."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return [(int(first), int(end) - 1) for first, end in zip(changes[::2], changes[1::2], strict=True)]
+    return [(first, last + 1) for first, last in runs(still)]
