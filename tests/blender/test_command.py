@@ -241,7 +241,7 @@ def test_settings_that_make_no_sense(text, complaint):
 def test_through_the_bpy_module(sample_file, tmp_path):
     words = [sample_file, "--", "evaluate", "--json", "-", "--set", "cell_size=0.5", "--set", "n_headings=8"]
     script = [sys.executable, str(ROOT / "tools" / "run.py"), "command"]
-    result = subprocess.run([*script, *words], capture_output=True, text=True, timeout=300)
+    result = subprocess.run([*script, *words], capture_output=True, text=True, timeout=900)
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["embedding"]["nodes"] > 0
     result = subprocess.run([*script, str(tmp_path / "no.blend"), "--", "evaluate"], capture_output=True, text=True)
@@ -276,7 +276,7 @@ def blender():
             + ["--command", "wayfarer", *words],
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=900,
         )
 
     yield run

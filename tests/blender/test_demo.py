@@ -15,7 +15,7 @@ KEYS = {"clips", "segments", "graph_links", "nodes", "links", "coverage", "walk_
 
 def run(*arguments) -> subprocess.CompletedProcess:
     command = [sys.executable, str(RUN), "demo", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+    return subprocess.run(command, capture_output=True, text=True, timeout=900)
 
 
 def pixels(path) -> np.ndarray:

@@ -186,7 +186,7 @@ def test_from_installing_to_uninstalling(python, archive, older_archive, tmp_pat
         env={**names, "BLENDER_USER_RESOURCES": str(work / "user"), "PYTHONPATH": str(site)},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
     )
     assert_lived_well(result)
 
@@ -207,7 +207,7 @@ def test_in_blender_itself(archive, older_archive):
             + ["--factory-startup", "--background", "--python", f"{inside}/{SCRIPTS[0]}", "--", *words, str(inside)],
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=900,
         )
     finally:
         shutil.rmtree(job)

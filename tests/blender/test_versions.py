@@ -116,7 +116,7 @@ def test_results_of_another_version_are_the_same_and_stay_fresh(python, tmp_path
         env={**os.environ, "BLENDER_USER_RESOURCES": str(user)},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     numbers = json.loads(result.stdout.strip().splitlines()[-1])
