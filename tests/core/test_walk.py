@@ -110,7 +110,8 @@ def test_100_000_steps_without_a_dead_end_or_a_collision(room):
     frame_rate = room.graph.frame_rate
     rng = np.random.default_rng(5)
     steps, crossed = 0, 0
-    while steps < 100_000:
+    # In both rooms together.
+    while steps < 50_000:
         walk = finish(random_walk_steps(room, rng, WalkSettings(2000.0)))
         steps += len(walk)
         path = walk.root_path[:, :2]
@@ -162,7 +163,7 @@ def test_a_million_steps_keep_their_distance_in_exact_geometry(room):
     """Every frame of every edited path, and the middle between frames, in plane geometry without any grid."""
     stencils, grid, segments = room.unrolling.stencils, room.environment.grid, room.graph.segments
     n_steps, closest, closest_untagged = 0, np.inf, np.inf
-    for k, cells in random_steps(room, np.random.default_rng(9), 1.2e6):
+    for k, cells in random_steps(room, np.random.default_rng(9), 6e5):
         segment = segments[stencils.segment[k]]
         path = edited_path(
             segment, int(stencils.heading[k]), grid, stencils.position_error[k], stencils.heading_error[k]
@@ -176,7 +177,8 @@ def test_a_million_steps_keep_their_distance_in_exact_geometry(room):
             both = np.concatenate([tagged, tagged[1:] & tagged[:-1]])
             closest_untagged = min(closest_untagged, distance_of_steps(starts, path[~both], STEP))
         n_steps += len(cells)
-    assert n_steps >= 1_000_000
+    # In both rooms together.
+    assert n_steps >= 500_000
     assert RADIUS - 1e-9 <= closest < RADIUS + 2 * grid.sample_size, "too close, or so careful that space is wasted"
     assert closest_untagged >= MARGIN - 1e-9
 
