@@ -8,6 +8,7 @@ On a tiled ground the padding is a halo on all sides: :meth:`PlaneLayout.extend`
 tile, :meth:`PlaneLayout.fold` brings back what was shifted into it. Single steps never need to know about the torus.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -50,6 +51,15 @@ class PlaneLayout:
     def n_bits(self) -> int:
         return (self.nx + 2 * self.halo_x) * self.stride
 
+    @property
+    def n_bytes(self) -> int:
+        return (self.n_bits + 7) // 8
+
+    @property
+    def expected_rounds(self) -> float:
+        """About how many of the longest shifts it takes to cross the ground."""
+        return (self.nx + self.ny) / max(self.reach_x, self.reach_y, 1)
+
     def shift(self, dx, dy):
         """Bits by which a plane moves for a step of (dx, dy) cells; integers or integer arrays."""
         return dx * self.stride + dy
@@ -70,6 +80,11 @@ class PlaneLayout:
         rows = np.unpackbits(raw, bitorder="little", count=self.n_bits).reshape(-1, self.stride)
         ground = rows[self.halo_x : self.halo_x + self.nx, self.halo_y : self.halo_y + self.ny]
         return ground.astype(bool)
+
+    def to_rows(self, planes: Sequence[int]) -> np.ndarray:
+        """Return the bytes of planes, lowest first: (n, n_bytes) uint8."""
+        raw = b"".join([plane.to_bytes(self.n_bytes, "little") for plane in planes])
+        return np.frombuffer(raw, dtype=np.uint8).reshape(-1, self.n_bytes)
 
     def cells(self, plane: int) -> np.ndarray:
         """(n, 2) int array of the cells whose bit is set, in order of x, then y."""

@@ -15,14 +15,15 @@ from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
-from .component import component_steps, largest_component_steps
-from .network import Nodes, StepNetwork, intersection
+from .component import largest_component_steps
+from .network import StepNetwork
+from .node_set import NodeSet
 from .parts import EMBEDDING_FORMAT, Parts, parts_to_arrays
-from .precedent import precedent
 from .settings import EmbeddingSettings
 from .stencil import build_stencils, fewest_stencils
 from .sweep import sweep_steps
 from .unroll import Unrolling, unroll_steps
+from .warm_start import warm_start
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,11 @@ class Embedding:
         All one-step links, inside the component or not.
     planes : tuple of int
         The nodes: for each segment and heading (index segment * n_headings + heading) a bit-plane over the cells.
-    runner_up : int or None
+    second_bound : int or None
         No other strongly connected component has more nodes, of all that was unrolled; None where that is not known,
         as of an embedding that was pruned.
+    known_network : StepNetwork or None
+        That of ``unrolling``, if it has been made already.
     """
 
     graph: MotionGraph
@@ -48,12 +51,13 @@ class Embedding:
     settings: EmbeddingSettings
     unrolling: Unrolling
     planes: tuple[int, ...]
-    runner_up: int | None = field(default=None, compare=False)
+    second_bound: int | None = field(default=None, compare=False)
+    known_network: StepNetwork | None = field(default=None, compare=False, repr=False)
 
     @property
     def parts(self) -> Parts:
         """Everything that the embedding consists of, in the order in which it is put together."""
-        return self.graph, self.environment, self.settings, self.unrolling, self.planes, self.runner_up
+        return self.graph, self.environment, self.settings, self.unrolling, self.planes, self.second_bound
 
     def save(self, path: str | os.PathLike) -> None:
         """Write everything to an .npz file, for :func:`.archive.load_embedding`; EmbeddingError if it fails."""
@@ -67,16 +71,16 @@ class Embedding:
     @cached_property
     def network(self) -> StepNetwork:
         """The one-step links as moves of planes."""
-        return StepNetwork(self.unrolling, self.graph.links, len(self.graph.segments))
+        return self.known_network or StepNetwork(self.unrolling, self.graph.links, len(self.graph.segments))
 
     @cached_property
-    def nodes(self) -> Nodes:
-        """The nodes as a set of the network; not to be changed."""
-        return self.network.bundles(list(self.planes))
+    def nodes(self) -> NodeSet:
+        """The nodes as a set of the network."""
+        return NodeSet(self.planes)
 
     @cached_property
     def n_nodes(self) -> int:
-        return sum(plane.bit_count() for plane in self.planes)
+        return len(self.nodes)
 
     @cached_property
     def n_links(self) -> int:
@@ -241,7 +245,7 @@ def embed_steps(
         steps = sweep_steps(graph.segments, stencils, environment.grid, environment.tags)
         sweep = yield from portion(steps, 0.0, 0.3)
     unrolling = yield from portion(unroll_steps(sweep, environment), 0.3, 0.5)
-    known = None if previous is None else previous.runner_up
+    known = None if previous is None else previous.second_bound
     if previous is not None and known is not None and unrolling.valid == previous.unrolling.valid:
         return Embedding(graph, environment, settings, unrolling, previous.planes, known)
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
@@ -249,11 +253,9 @@ def embed_steps(
         before = None
     else:
         valid = previous.unrolling.valid
-        before = precedent(network.by_plane, valid, unrolling.valid, list(previous.planes), known)
-    found = yield from portion(component_steps(network.by_plane, precedent=before), 0.5, 1.0)
-    embedding = Embedding(graph, environment, settings, unrolling, tuple(found.nodes), found.runner_up)
-    embedding.__dict__.update(network=network)
-    return embedding
+        before = warm_start(network, valid, unrolling.valid, previous.nodes, known)
+    found = yield from portion(largest_component_steps(network, start=before), 0.5, 1.0)
+    return Embedding(graph, environment, settings, unrolling, found.nodes.planes, found.second_bound, network)
 
 
 def embed(
@@ -280,31 +282,22 @@ def embed(
     return finish(embed_steps(graph, environment, settings, previous))
 
 
-def with_nodes(embedding: Embedding, nodes: Nodes) -> Embedding:
-    """The embedding with other ``nodes`` of its network, which must be strongly connected: nothing is checked."""
-    planes = tuple(plane for bundle in nodes for plane in embedding.network.planes(bundle))
-    replaced = replace(embedding, planes=planes, runner_up=None)
-    # The links are those of the same network: only the nodes are others.
-    replaced.__dict__.update(network=embedding.network, nodes=nodes)
-    return replaced
+def with_nodes(embedding: Embedding, nodes: NodeSet) -> Embedding:
+    """Return the embedding with other ``nodes`` of its network, which must be strongly connected (not checked)."""
+    return replace(embedding, planes=nodes.planes, second_bound=None, known_network=embedding.network)
 
 
-def restrict_steps(embedding: Embedding, nodes: Nodes) -> Generator[Progress, None, Embedding]:
+def restrict_steps(embedding: Embedding, nodes: NodeSet) -> Generator[Progress, None, Embedding]:
     """As :func:`restrict`, as a generator that yields progress."""
-    network = embedding.network
-    kept = yield from largest_component_steps(network, within=intersection(nodes, embedding.nodes))
-    return with_nodes(embedding, kept)
+    kept = yield from largest_component_steps(embedding.network, within=nodes & embedding.nodes)
+    return with_nodes(embedding, kept.nodes)
 
 
-def restrict(embedding: Embedding, nodes: Nodes) -> Embedding:
-    """What is left of an embedding when only these of its nodes may be used: the largest strongly connected component.
+def restrict(embedding: Embedding, nodes: NodeSet) -> Embedding:
+    """Return what is left of an embedding when only these of its nodes may be used: the largest strongly connected
+    component.
 
     The graph, the environment and the one-step links stay the same; whatever prunes an embedding ends here.
-
-    Parameters
-    ----------
-    nodes : Nodes
-        A set of ``embedding.network``.
     """
     return finish(restrict_steps(embedding, nodes))
 

@@ -26,20 +26,20 @@ class LinkReader:
         self._size = np.array(embedding.shape[:2])
         self._layout = unrolling.layout
         self._n_headings = stencils.n_headings
-        self._valid = PlaneBits(unrolling.valid, network.plane_bytes)
-        self._nodes = PlaneBits(embedding.planes, network.plane_bytes)
+        self._valid = PlaneBits(unrolling.valid, unrolling.layout.n_bytes)
+        self._nodes = PlaneBits(embedding.planes, unrolling.layout.n_bytes)
         #: (K, 4) what a stencil adds to x and y; its destination heading and segment.
         self._step = np.column_stack([stencils.dx, stencils.dy, stencils.destination_heading, stencils.segment])
         self._arrival = stencils.segment * self._n_headings + stencils.destination_heading
         self._departure = stencils.segment * self._n_headings + stencils.heading
         n_planes, headings = len(embedding.planes), np.arange(self._n_headings)
         departing = _Lists(self._departure, np.arange(len(stencils)), n_planes)
-        # Segments with the same children share their lists: index merge * n_headings + heading.
-        self._merge_of = np.array(network.merge_of, dtype=int)
-        children = [network.children[members[0]] for members in network.members_of_merge]
-        merge = np.repeat(np.arange(len(children)), [len(following) for following in children])
+        # Segments with the same children share their lists: index group * n_headings + heading.
+        self._exit_group_of = np.array(network.exit_group_of, dtype=int)
+        children = [network.children[members[0]] for members in network.exit_groups]
+        group = np.repeat(np.arange(len(children)), [len(following) for following in children])
         child = np.array([c for following in children for c in following], dtype=int)
-        start = (merge[:, None] * self._n_headings + headings).ravel()
+        start = (group[:, None] * self._n_headings + headings).ravel()
         row, stencil = departing.of((child[:, None] * self._n_headings + headings).ravel())
         self._leaving = _Lists(start[row], stencil, len(children) * self._n_headings)
         self._arriving = _Lists(self._arrival, np.arange(len(stencils)), n_planes)
@@ -64,7 +64,7 @@ class LinkReader:
 
     def links_from(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All links from the (n, 4) nodes: (L,) row of ``nodes`` and (L,) stencil, ascending in this order."""
-        row, stencil = self._leaving.of(self._merge_of[nodes[:, 3]] * self._n_headings + nodes[:, 2])
+        row, stencil = self._leaving.of(self._exit_group_of[nodes[:, 3]] * self._n_headings + nodes[:, 2])
         cells = nodes[row, :2]
         able = self._valid.at(stencil, self._bit(cells))
         row, stencil = row[able], stencil[able]

@@ -26,7 +26,7 @@ from .unroll import Unrolling
 
 EMBEDDING_FORMAT = ArchiveFormat("embedding", 1, EmbeddingError)
 
-#: Graph, environment, settings, unrolling, planes and runner-up, as an Embedding takes them.
+#: Graph, environment, settings, unrolling, planes and second bound, as an Embedding takes them.
 Parts = tuple[MotionGraph, Environment, EmbeddingSettings, Unrolling, tuple[int, ...], int | None]
 
 #: Planes read from a file take at most this much memory, whatever layout the file asks for.
@@ -39,7 +39,7 @@ def parts_to_arrays(
     settings: EmbeddingSettings,
     unrolling: Unrolling,
     planes: Sequence[int],
-    runner_up: int | None,
+    second_bound: int | None,
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """All parts of an embedding: what JSON can tell, and arrays by name."""
     graph_content, graph_arrays = graph_to_arrays(graph)
@@ -59,7 +59,7 @@ def parts_to_arrays(
         },
         "reach": [layout.reach_x, layout.reach_y],
         "classes": [sorted(tags) for tags in sweep.classes],
-        "runner_up": runner_up,
+        "second_bound": second_bound,
     }
     arrays = {
         **{f"graph_{name}": array for name, array in graph_arrays.items()},
@@ -108,9 +108,9 @@ def parts_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarra
     unrolling = Unrolling(sweep, _planes(arrays["valid"], len(sweep.stencils), sweep.layout))
     planes = _planes(arrays["planes"], len(graph.segments) * n_headings, sweep.layout)
     # Earlier files do not have it.
-    runner_up = content.get("runner_up")
-    require(runner_up is None or (isinstance(runner_up, int) and runner_up >= 0))
-    return graph, environment, settings, unrolling, planes, runner_up
+    second_bound = content.get("second_bound")
+    require(second_bound is None or (isinstance(second_bound, int) and second_bound >= 0))
+    return graph, environment, settings, unrolling, planes, second_bound
 
 
 def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: Grid, n_segments: int) -> Sweep:

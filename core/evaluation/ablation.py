@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from .. import wording
+from ..embedding.closure import reached_from_steps, reaching_steps
 from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding, with_nodes
-from ..embedding.network import Nodes, count, difference
+from ..embedding.node_set import NodeSet
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
 from .segment_groups import Grouping, SegmentGroup, segment_groups
@@ -164,25 +165,24 @@ class Ablation:
 
 
 def without_steps(
-    embedding: Embedding, segments: Collection[int], core: Nodes | None = None
+    embedding: Embedding, segments: Collection[int], core: NodeSet | None = None
 ) -> Generator[Progress, None, Embedding]:
     """The rest of an embedding when some segments (indices) may not be played.
 
     ``core`` may name a strongly connected set of nodes of other segments: it makes the search faster, and leaves the
     result as it is.
     """
-    network, n_blocks = embedding.network, embedding.network.n_blocks
-    gone = set(segments)
-    nodes = [0 if index // n_blocks in gone else bundle for index, bundle in enumerate(embedding.nodes)]
-    if core is not None and any(core):
-        reached = yield from portion(network.reached_from_steps(core, nodes), 0.0, 0.5)
-        component = yield from portion(network.reaching_steps(core, reached), 0.5, 1.0)
+    network, n_headings, gone = embedding.network, embedding.shape[2], set(segments)
+    nodes = embedding.nodes.where(lambda index: index // n_headings not in gone)
+    if core:
+        reached = yield from portion(reached_from_steps(network, core, nodes), 0.0, 0.5)
+        component = yield from portion(reaching_steps(network, core, reached), 0.5, 1.0)
         # Any other component lies wholly in one of the two rests.
-        rest = max(count(difference(reached, component)), count(difference(nodes, reached)))
-        if count(component) > rest:
+        rest = max(len(reached - component), len(nodes - reached))
+        if len(component) > rest:
             return with_nodes(embedding, component)
     left = yield from largest_component_steps(network, within=nodes)
-    return with_nodes(embedding, left)
+    return with_nodes(embedding, left.nodes)
 
 
 def ablate_steps(
@@ -196,7 +196,7 @@ def ablate_steps(
     graph, before = embedding.graph, embedding_size(embedding, objective)
     wanted = [group for kind in kinds for group in segment_groups(graph, kind)]
     plan = _plan(graph, {group.segments for group in wanted})
-    cores: dict[tuple[int, ...] | None, Nodes] = {}
+    cores: dict[tuple[int, ...] | None, NodeSet] = {}
     seeding = set(plan.values())
     left: dict[tuple[int, ...], EmbeddingSize] = {}
     for done, (segments, larger) in enumerate(plan.items()):

@@ -12,7 +12,6 @@ from .. import wording
 from ..embedding.embedding import Embedding
 from .floor import floor_cells
 from .segment_groups import Grouping, SegmentGroup, segment_groups
-from .wavefront import planes_of
 
 
 @dataclass(frozen=True)
@@ -60,14 +59,16 @@ class ActionCoverage:
 def action_coverage(embedding: Embedding, kind: Grouping = Grouping.CLIP) -> ActionCoverage:
     """Where each segment, clip or tag of an embedding's motion graph can begin."""
     network, layout = embedding.network, embedding.network.layout
-    standing = [0] * (len(network.members_of_fork) * network.n_headings)
-    for fork, members in enumerate(network.members_of_fork):
+    standing = [0] * (len(network.entry_groups) * network.n_headings)
+    for fork, members in enumerate(network.entry_groups):
         for parent in network.parents[members[0]]:
-            for heading, plane in enumerate(planes_of(network, embedding.nodes, parent)):
+            for heading, plane in enumerate(
+                embedding.nodes.planes[parent * network.n_headings : (parent + 1) * network.n_headings]
+            ):
                 standing[fork * network.n_headings + heading] |= plane
     began = [0] * network.n_segments
     for segment, heading, _, _, able in network.moves_within(embedding.nodes):
-        began[segment] |= able & standing[network.fork_of[segment] * network.n_headings + heading]
+        began[segment] |= able & standing[network.entry_group_of[segment] * network.n_headings + heading]
 
     actions = tuple(segment_groups(embedding.graph, kind))
     begins = np.zeros((len(actions), *embedding.shape[:2]), dtype=bool)

@@ -2,7 +2,7 @@
 
 Adding up thousands of planes, or multiplying the counts of a whole ground, is then a row of ANDs and XORs of whole
 planes: no array of numbers is ever laid out, and a count takes as many bits as it needs. Planes may just as well be
-bundles of planes; each bit is a cell of its own and never carries into its neighbour.
+packed ones (see :class:`.HeadingPacking`); each bit is a cell of its own and never carries into its neighbour.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Goals: sets of nodes that stand for "at this place", "in this region", "facing that way", "able to begin that".
 
 Every function returns only nodes of the embedding, and at least one; narrow a goal further with
-``core.embedding.network.intersection``.
+``&``.
 """
 
 from collections.abc import Iterable
@@ -10,13 +10,13 @@ import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, intersection
+from ..embedding.node_set import NodeSet
 from ..environment.grid import SUBDIVISION
 from ..errors import NOTHING_FITS, EvaluationError
 from .segment_groups import segments_with_tag
 
 
-def goal_at(embedding: Embedding, position: tuple[float, float] | np.ndarray, radius: float = 0.0) -> Nodes:
+def goal_at(embedding: Embedding, position: tuple[float, float] | np.ndarray, radius: float = 0.0) -> NodeSet:
     """The nodes of any heading in the cell at a world position (m), and in all cells whose centre is within ``radius``.
 
     On a tiled ground positions repeat.
@@ -44,7 +44,7 @@ def goal_at(embedding: Embedding, position: tuple[float, float] | np.ndarray, ra
     mask = distance <= radius
     mask[tuple(cell % size)] = True
     goal = _nodes_in(embedding, mask)
-    if not any(goal):
+    if not goal:
         covered = embedding.covered().any(axis=2)
         if not covered.any():
             raise _nothing_covered()
@@ -59,14 +59,14 @@ def goal_at(embedding: Embedding, position: tuple[float, float] | np.ndarray, ra
     return goal
 
 
-def goal_in_cells(embedding: Embedding, cells: np.ndarray, name: str = "The goal") -> Nodes:
+def goal_in_cells(embedding: Embedding, cells: np.ndarray, name: str = "The goal") -> NodeSet:
     """The nodes of any heading in the cells of an (nx, ny) bool mask; ``name`` begins the message if there are none."""
     expected = embedding.shape[:2]
     cells = np.asarray(cells)
     if cells.shape != expected or cells.dtype != bool:
         raise EvaluationError(f"{name} is a mask of {cells.shape} {cells.dtype}; the grid needs {expected} bool.")
     goal = _nodes_in(embedding, cells)
-    if not any(goal):
+    if not goal:
         if not cells.any():
             reason = "it holds no cell of the ground; move it onto the ground, or make it larger than a cell"
         elif not (embedding.environment.free_cells() & cells).any():
@@ -77,7 +77,7 @@ def goal_in_cells(embedding: Embedding, cells: np.ndarray, name: str = "The goal
     return goal
 
 
-def goal_in_region(embedding: Embedding, region: str) -> Nodes:
+def goal_in_region(embedding: Embedding, region: str) -> NodeSet:
     """The nodes of any heading in the cells whose centre lies in a region of the environment, by its name."""
     regions = {mask.name: mask for mask in embedding.environment.regions}
     if region not in regions:
@@ -87,9 +87,9 @@ def goal_in_region(embedding: Embedding, region: str) -> Nodes:
     return goal_in_cells(embedding, regions[region].mask[middle, middle], f"The region '{region}'")
 
 
-def facing(embedding: Embedding, goal: Nodes, heading: float, tolerance: float = 0.0) -> Nodes:
+def facing(embedding: Embedding, goal: NodeSet, heading: float, tolerance: float = 0.0) -> NodeSet:
     """The nodes of a goal whose heading (rad) is the grid's nearest to ``heading``, or within ``tolerance`` (rad)."""
-    network, grid = embedding.network, embedding.environment.grid
+    grid = embedding.environment.grid
     if not (np.isfinite(heading) and tolerance >= 0):
         raise EvaluationError(
             f"A heading of {heading} with a tolerance of {tolerance} is no direction; give two angles in radians."
@@ -97,9 +97,9 @@ def facing(embedding: Embedding, goal: Nodes, heading: float, tolerance: float =
     off = np.arange(grid.n_headings) * grid.heading_step - heading
     off = np.abs((off + np.pi) % (2 * np.pi) - np.pi)
     wanted = (off <= tolerance + 1e-9) | (off == off.min())
-    bundles = network.bundles([network.layout.ground if kept else 0 for kept in wanted.tolist()])
-    narrowed = intersection(intersection(goal, embedding.nodes), bundles * network.n_segments)
-    if not any(narrowed):
+    chosen = wanted.tolist()
+    narrowed = (goal & embedding.nodes).where(lambda index: chosen[index % len(chosen)])
+    if not narrowed:
         raise EvaluationError(
             f"No walk stands at the goal facing {wording.angle(heading)} within {wording.angle(tolerance)}; "
             "allow more Give or Take."
@@ -107,39 +107,37 @@ def facing(embedding: Embedding, goal: Nodes, heading: float, tolerance: float =
     return narrowed
 
 
-def goal_with_tag(embedding: Embedding, tag: str) -> Nodes:
+def goal_with_tag(embedding: Embedding, tag: str) -> NodeSet:
     """The nodes that were arrived at by a segment with a tag on any of its frames: right after doing it."""
     return goal_after(embedding, segments_with_tag(embedding.graph, tag), f"a segment with the tag '{tag}'")
 
 
-def goal_after(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> Nodes:
+def goal_after(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> NodeSet:
     """The nodes that were arrived at by any of the segments (indices)."""
     goal = _of_segments(embedding, segments)
-    if not any(goal):
+    if not goal:
         raise _cannot_play(embedding, name)
     return goal
 
 
-def goal_to_begin(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> Nodes:
+def goal_to_begin(embedding: Embedding, segments: Iterable[int], name: str = "the action") -> NodeSet:
     """The nodes from which any of the segments (indices) can be played and leads to a node of the embedding.
 
     The time to reach it is how soon an action can begin: the local maneuverability of Reitsma & Pollard 2007.
     """
-    goal = intersection(embedding.network.preimage(_of_segments(embedding, segments)), embedding.nodes)
-    if not any(goal):
+    goal = embedding.network.preimage(_of_segments(embedding, segments)) & embedding.nodes
+    if not goal:
         raise _cannot_play(embedding, name)
     return goal
 
 
-def _of_segments(embedding: Embedding, segments: Iterable[int]) -> Nodes:
-    wanted, n_blocks = set(segments), embedding.network.n_blocks
-    return [bundle if index // n_blocks in wanted else 0 for index, bundle in enumerate(embedding.nodes)]
+def _of_segments(embedding: Embedding, segments: Iterable[int]) -> NodeSet:
+    wanted, n_headings = set(segments), embedding.shape[2]
+    return embedding.nodes.where(lambda index: index // n_headings in wanted)
 
 
-def _nodes_in(embedding: Embedding, cells: np.ndarray) -> Nodes:
-    network = embedding.network
-    bundle = network.bundles([network.layout.pack(cells)] * network.bundled)[0]
-    return [nodes & bundle for nodes in embedding.nodes]
+def _nodes_in(embedding: Embedding, cells: np.ndarray) -> NodeSet:
+    return embedding.nodes.on(embedding.network.layout.pack(cells))
 
 
 def _offsets(embedding: Embedding, position: np.ndarray) -> np.ndarray:

@@ -5,14 +5,14 @@ embedding that lead to it, or all that lead from it, play that one transition: w
 next because of that is left to ablation (:mod:`.ablation`), which is exact and takes longer.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, StepNetwork
+from ..embedding.network import StepNetwork
+from ..embedding.node_set import NodeSet
 
 
 @dataclass(frozen=True)
@@ -72,46 +72,34 @@ class LinkUtility:
 
 def link_utility(embedding: Embedding) -> LinkUtility:
     """Uses of every link and segment of the motion graph in an embedding, and the nodes that hang on each."""
-    network, nodes, n_blocks = embedding.network, embedding.nodes, embedding.network.n_blocks
-    n_segments = network.n_segments
-    uses = _uses(network, nodes)
+    network, n_segments, n_headings = embedding.network, embedding.shape[3], embedding.shape[2]
+    uses = _uses(network, embedding.nodes)
+    own = [NodeSet(embedding.planes[s * n_headings : (s + 1) * n_headings]) for s in range(n_segments)]
     # [a, b]: the nodes of a whose links all lead to b, and the nodes of b whose links all come from a.
-    leaving_by: dict[tuple[int, int], Nodes] = {}
-    entered_from: dict[tuple[int, int], Nodes] = {}
-    playable = {}
+    leaving_by: dict[tuple[int, int], NodeSet] = {}
+    entered_from: dict[tuple[int, int], NodeSet] = {}
+    playable = [NodeSet(tuple(network.playable(b, own[b].planes))) for b in range(n_segments)]
     for b in range(n_segments):
-        ends = nodes[b * n_blocks : (b + 1) * n_blocks]
-        playable[b] = _joined(network.playable(b, block, ends[block]) for block in range(n_blocks))
-    for b in range(n_segments):
-        ends = nodes[b * n_blocks : (b + 1) * n_blocks]
-        arrivals = {}
-        for a in network.parents[b]:
-            starts = nodes[a * n_blocks : (a + 1) * n_blocks]
-            arrived = _joined(network.arrivals(b, block, starts[block]) for block in range(n_blocks))
-            arrivals[a] = [x & y for x, y in zip(arrived, ends, strict=True)]
+        arrivals = {a: NodeSet(tuple(network.arrivals(b, own[a].planes))) & own[b] for a in network.parents[b]}
         for a, only in _alone(arrivals).items():
             entered_from[a, b] = only
     for a in range(n_segments):
-        starts = nodes[a * n_blocks : (a + 1) * n_blocks]
-        left = {b: [x & y for x, y in zip(playable[b], starts, strict=True)] for b in network.children[a]}
-        for b, only in _alone(left).items():
+        for b, only in _alone({b: playable[b] & own[a] for b in network.children[a]}).items():
             leaving_by[a, b] = only
 
     links = np.asarray(embedding.graph.links)
     link_dependents = [
-        _count(_joined([leaving_by[a, a], entered_from[a, a]]))
-        if a == b
-        else _count(leaving_by[a, b]) + _count(entered_from[a, b])
+        len(leaving_by[a, a] | entered_from[a, a]) if a == b else len(leaving_by[a, b]) + len(entered_from[a, b])
         for a, b in links.tolist()
     ]
     segment_dependents = []
     for c in range(n_segments):
-        hanging = {c: [nodes[c * n_blocks : (c + 1) * n_blocks]]}
+        dependents = {c: own[c]}
         for a in network.parents[c]:
-            hanging.setdefault(a, []).append(leaving_by[a, c])
+            dependents[a] = dependents[a] | leaving_by[a, c] if a in dependents else leaving_by[a, c]
         for b in network.children[c]:
-            hanging.setdefault(b, []).append(entered_from[c, b])
-        segment_dependents.append(sum(_count(_joined(sets)) for sets in hanging.values()))
+            dependents[b] = dependents[b] | entered_from[c, b] if b in dependents else entered_from[c, b]
+        segment_dependents.append(sum(map(len, dependents.values())))
     return LinkUtility(
         names=tuple(segment.name for segment in embedding.graph.segments),
         links=links,
@@ -124,35 +112,19 @@ def link_utility(embedding: Embedding) -> LinkUtility:
     )
 
 
-def _uses(network: StepNetwork, nodes: Nodes) -> np.ndarray:
+def _uses(network: StepNetwork, nodes: NodeSet) -> np.ndarray:
     """(S, S) int: links of the embedding from nodes of segment a to nodes of segment b."""
     uses = np.zeros((network.n_segments, network.n_segments), dtype=np.int64)
-    planes = [plane for bundle in nodes for plane in network.planes(bundle)]
     for segment, heading, _, _, able in network.moves_within(nodes):
         for parent in network.parents[segment]:
-            uses[parent, segment] += (planes[parent * network.n_headings + heading] & able).bit_count()
+            uses[parent, segment] += (nodes.planes[parent * network.n_headings + heading] & able).bit_count()
     return uses
 
 
-def _joined(sets: Iterable[list[int]]) -> list[int]:
-    """The union of sets of nodes of one segment."""
-    union: list[int] = []
-    for bundles in sets:
-        union = [x | y for x, y in zip(union, bundles, strict=True)] if union else list(bundles)
-    return union
-
-
-def _alone(sets: dict[int, list[int]]) -> dict[int, list[int]]:
+def _alone(sets: dict[int, NodeSet]) -> dict[int, NodeSet]:
     """Of each of some sets of nodes of one segment what is in no other one."""
-    once: list[int] = []
-    twice: list[int] = []
-    for bundles in sets.values():
-        once, twice = once or [0] * len(bundles), twice or [0] * len(bundles)
-        twice = [two | (one & x) for one, two, x in zip(once, twice, bundles, strict=True)]
-        once = [one | x for one, x in zip(once, bundles, strict=True)]
-    single = [one & ~two for one, two in zip(once, twice, strict=True)]
-    return {key: [x & y for x, y in zip(bundles, single, strict=True)] for key, bundles in sets.items()}
-
-
-def _count(bundles: list[int]) -> int:
-    return sum(bundle.bit_count() for bundle in bundles)
+    once, twice = None, None
+    for nodes in sets.values():
+        twice = nodes - nodes if once is None or twice is None else twice | (once & nodes)
+        once = nodes if once is None else once | nodes
+    return {key: nodes - twice for key, nodes in sets.items()} if twice is not None else {}

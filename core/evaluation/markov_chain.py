@@ -70,8 +70,8 @@ class MarkovChain:
         self.heading = stencils.heading[self.used]
         self.turned = stencils.destination_heading[self.used]
         self.dx, self.dy = stencils.dx[self.used], stencils.dy[self.used]
-        self.fork = np.array(network.fork_of)[self.segment]
-        self.merge = np.array(network.merge_of)[self.segment]
+        self.fork = np.array(network.entry_group_of)[self.segment]
+        self.merge = np.array(network.exit_group_of)[self.segment]
 
     @property
     def place_shape(self) -> tuple[int, int]:
@@ -81,7 +81,7 @@ class MarkovChain:
     @property
     def dtype(self) -> type:
         """Of all shares and probabilities."""
-        n_places = len(self.network.members_of_merge) * int(np.prod(self.place_shape))
+        n_places = len(self.network.exit_groups) * int(np.prod(self.place_shape))
         return np.float64 if n_places <= DOUBLE_PRECISION else np.float32
 
     def mask(self, i: int) -> np.ndarray:
@@ -95,25 +95,25 @@ class MarkovChain:
 
     def between(self) -> np.ndarray:
         """(forks, merges): 1 where the segments of a merge may be followed by those of a fork."""
-        between = np.zeros((len(self.network.members_of_fork), len(self.network.members_of_merge)), dtype=self.dtype)
-        for fork, merges in enumerate(self.network.merges_before):
+        between = np.zeros((len(self.network.entry_groups), len(self.network.exit_groups)), dtype=self.dtype)
+        for fork, merges in enumerate(self.network.exit_groups_before):
             between[fork, merges] = 1
         return between
 
     def out_degree(self) -> np.ndarray:
         """(merges, n_headings, nx * ny): links that a walker of each merge can take from each place."""
-        landing = np.zeros((len(self.network.members_of_fork), *self.place_shape), dtype=self.dtype)
+        landing = np.zeros((len(self.network.entry_groups), *self.place_shape), dtype=self.dtype)
         for i, (fork, heading) in enumerate(zip(self.fork.tolist(), self.heading.tolist(), strict=True)):
             landing[fork, heading] += self.mask(i).ravel()
         return np.tensordot(self.between().T, landing, axes=1)
 
     def alive(self) -> np.ndarray:
         """(merges, n_headings, nx * ny): how many nodes of each merge there are at each place."""
-        alive = np.zeros((len(self.network.members_of_merge), *self.place_shape), dtype=self.dtype)
+        alive = np.zeros((len(self.network.exit_groups), *self.place_shape), dtype=self.dtype)
         for index, plane in enumerate(self.embedding.planes):
             if plane:
                 segment, heading = divmod(index, self.network.n_headings)
-                alive[self.network.merge_of[segment], heading] += self.layout.unpack(plane).ravel()
+                alive[self.network.exit_group_of[segment], heading] += self.layout.unpack(plane).ravel()
         return alive
 
     def flow_steps(self, tolerance: float, max_steps: int) -> Generator[Progress, None, StationaryFlow]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError
 from ..progress import Progress
 from ..wording import place
@@ -65,7 +65,7 @@ class Query:
         return f"Time {'from' if self.forwards else 'to'} {self.words}"
 
 
-def query_nodes(embedding: Embedding, query: Query) -> Nodes:
+def query_nodes(embedding: Embedding, query: Query) -> NodeSet:
     """Return the nodes that a question is about; EvaluationError, with what there is to choose, if there are none.
 
     A tag is reached right after doing it. A clip is reached where it can begin, and left where it has ended.

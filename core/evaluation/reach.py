@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, intersection
+from ..embedding.node_set import NodeSet, union_of
 from ..errors import NOTHING_FITS, EvaluationError
 from ..progress import Progress, finish
 from .wavefront import NEVER, backward_front, forward_front, wave_steps
@@ -30,7 +30,7 @@ class ReachField:
     Attributes
     ----------
     embedding : Embedding
-    goal : Nodes
+    goal : NodeSet
         The set of nodes that times count to, or from; 0 there.
     forwards : bool
         False: times to the goal. True: times from it.
@@ -44,7 +44,7 @@ class ReachField:
     """
 
     embedding: Embedding
-    goal: Nodes
+    goal: NodeSet
     forwards: bool
     limit: float
     frames: np.ndarray
@@ -86,7 +86,7 @@ class ReachField:
         frames = np.empty(self.embedding.shape[:3], dtype=np.uint16)
         for heading in range(n_headings):
             plane = segment * n_headings + heading
-            nodes, goal = self.embedding.planes[plane], self._goal_planes[plane]
+            nodes, goal = self.embedding.planes[plane], self.goal.planes[plane]
             here = np.where(unpack(nodes), self.frames[self.group_of[segment], heading], np.uint16(NEVER))
             here[unpack(goal)] = 0
             frames[:, :, heading] = here
@@ -125,16 +125,14 @@ class ReachField:
         limits = np.array([self._whole_frames(time) for time in times])
         return np.searchsorted(limits, self._quickest_frames.min(axis=0), side="left")
 
-    def within(self, time: float) -> Nodes:
+    def within(self, time: float) -> NodeSet:
         """The nodes whose time is at most ``time`` seconds, as a set of the embedding's network."""
-        network = self.embedding.network
-        reached = [self._packed(group <= self._whole_frames(time)) for group in self.frames]
-        nodes = []
-        for segment, group in enumerate(self.group_of):
-            first = segment * network.n_blocks
-            for block, bundle in enumerate(reached[group], first):
-                nodes.append(bundle & self.embedding.nodes[block] | self.goal[block])
-        return nodes
+        pack, limit = self.embedding.network.layout.pack, self._whole_frames(time)
+        reached = [[pack(cells) for cells in group <= limit] for group in self.frames]
+        nodes: list[int] = []
+        for group in self.group_of:
+            nodes += reached[group]
+        return NodeSet(tuple(nodes)) & self.embedding.nodes | self.goal
 
     def histogram(self) -> np.ndarray:
         """(n,) int: how many nodes have a time of 0, 1, 2, ... frames; nodes out of reach are in no place."""
@@ -143,11 +141,6 @@ class ReachField:
             counts += np.bincount(self.frames_of(segment).ravel(), minlength=NEVER + 1)
         reached = counts[:NEVER]
         return reached[: int(np.flatnonzero(reached).max(initial=-1)) + 1]
-
-    def _packed(self, reached: np.ndarray) -> Nodes:
-        """The bundles of a (n_headings, nx, ny) bool array."""
-        network = self.embedding.network
-        return network.bundles([network.layout.pack(cells) for cells in reached])
 
     def _whole_frames(self, time: float) -> int:
         """The last frame that is not later than ``time``; a time that was computed from frames is the same frame."""
@@ -167,7 +160,7 @@ class ReachField:
         unpack, n_headings = network.layout.unpack, network.n_headings
         standing = [0] * (len(self.frames) * n_headings)
         at_goal = [0] * n_headings
-        for plane, (nodes, goal) in enumerate(zip(self.embedding.planes, self._goal_planes, strict=True)):
+        for plane, (nodes, goal) in enumerate(zip(self.embedding.planes, self.goal.planes, strict=True)):
             segment, heading = divmod(plane, n_headings)
             standing[self.group_of[segment] * n_headings + heading] |= nodes
             at_goal[heading] |= goal
@@ -186,22 +179,12 @@ class ReachField:
         return quickest
 
     @cached_property
-    def _goal_planes(self) -> list[int]:
-        return [plane for bundle in self.goal for plane in self.embedding.network.planes(bundle)]
-
-    @cached_property
     def _goal_rows(self) -> np.ndarray:
-        return self._rows(self._goal_planes)
+        return self.embedding.network.layout.to_rows(self.goal.planes)
 
     @cached_property
     def _node_rows(self) -> np.ndarray:
-        return self._rows(self.embedding.planes)
-
-    def _rows(self, planes: Sequence[int]) -> np.ndarray:
-        """(planes, bytes of a plane) uint8: a bit of a long integer would cost a shift of all of it."""
-        size = self.embedding.network.plane_bytes
-        raw = b"".join([plane.to_bytes(size, "little") for plane in planes])
-        return np.frombuffer(raw, dtype=np.uint8).reshape(-1, size)
+        return self.embedding.network.layout.to_rows(self.embedding.planes)
 
 
 def _bits(rows: np.ndarray, row: np.ndarray, bit: np.ndarray) -> np.ndarray:
@@ -230,13 +213,13 @@ def _rounded(seconds: float) -> float:
 
 
 def time_to_reach_steps(
-    embedding: Embedding, goal: Nodes, limit: float | None = None
+    embedding: Embedding, goal: NodeSet, limit: float | None = None
 ) -> Generator[Progress, None, ReachField]:
     """Exact shortest time from every node of the embedding to a set of its nodes.
 
     Parameters
     ----------
-    goal : Nodes
+    goal : NodeSet
         A set of ``embedding.network``; what of it is not in the embedding does not count. See :mod:`.goals`.
     limit : float, optional
         Seconds after which the search ends; nodes that are farther count as out of reach.
@@ -250,13 +233,13 @@ def time_to_reach_steps(
     """
     goal = _within(embedding, goal)
     frames = yield from merged_frames_steps(embedding, goal, _last_frame(embedding, limit))
-    group_of = tuple(embedding.network.merge_of)
+    group_of = tuple(embedding.network.exit_group_of)
     return ReachField(embedding, goal, False, np.inf if limit is None else limit, frames, group_of)
 
 
 def merged_frames_steps(
     embedding: Embedding,
-    goal: Nodes,
+    goal: NodeSet,
     last: int | None = None,
     delayed: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Generator[Progress, None, np.ndarray]:
@@ -266,9 +249,9 @@ def merged_frames_steps(
     of_forks = yield from wave_steps(embedding, backward_front(embedding), goal, last, delayed)
     # A node's time is the least that its segment's children say, and those are told apart by forks.
     nx, ny, n_headings, _ = embedding.shape
-    frames = np.empty((len(network.forks_after), n_headings, nx, ny), dtype=np.uint16)
+    frames = np.empty((len(network.entry_groups_after), n_headings, nx, ny), dtype=np.uint16)
     least = np.empty(of_forks.shape[1:], dtype=np.uint16)
-    for merged, forks in zip(frames, network.forks_after, strict=True):
+    for merged, forks in zip(frames, network.entry_groups_after, strict=True):
         least.fill(NEVER)
         for fork in forks:
             np.minimum(least, of_forks[fork], out=least)
@@ -276,42 +259,40 @@ def merged_frames_steps(
     return frames
 
 
-def mean_time_to_reach(embedding: Embedding, goal: Nodes) -> float:
+def mean_time_to_reach(embedding: Embedding, goal: NodeSet) -> float:
     """Mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
 
     A number to compare embeddings by, as :class:`.size.Objective` wants it.
     """
-    if not any(intersection(goal, embedding.nodes)):
+    if not goal & embedding.nodes:
         return float("inf")
     counts = finish(time_to_reach_steps(embedding, goal)).histogram()
     return float(counts @ np.arange(len(counts))) / counts.sum() / embedding.graph.frame_rate
 
 
 def time_from_steps(
-    embedding: Embedding, start: Nodes, limit: float | None = None
+    embedding: Embedding, start: NodeSet, limit: float | None = None
 ) -> Generator[Progress, None, ReachField]:
     """Exact shortest time from a set of nodes of the embedding to every node; see :func:`time_to_reach_steps`."""
     network = embedding.network
     start = _within(embedding, start)
     last = _last_frame(embedding, limit)
-    seed = []
-    for parents in network.parents:
-        for block in range(network.n_blocks):
-            starts = 0
-            for parent in parents:
-                starts |= start[parent * network.n_blocks + block]
-            seed.append(starts)
-    frames = yield from wave_steps(embedding, forward_front(embedding), seed, last)
+    seed = [
+        union_of(start.planes[parent * network.n_headings + heading] for parent in parents)
+        for parents in network.parents
+        for heading in range(network.n_headings)
+    ]
+    frames = yield from wave_steps(embedding, forward_front(embedding), NodeSet(tuple(seed)), last)
     frames = np.ascontiguousarray(_ground(frames, embedding))
     limit = np.inf if limit is None else limit
     return ReachField(embedding, start, True, limit, frames, tuple(range(network.n_segments)))
 
 
-def _within(embedding: Embedding, nodes: Nodes) -> Nodes:
+def _within(embedding: Embedding, nodes: NodeSet) -> NodeSet:
     if embedding.n_nodes == 0:
         raise EvaluationError(f"The embedding is empty: {NOTHING_FITS}")
-    nodes = intersection(nodes, embedding.nodes)
-    if not any(nodes):
+    nodes = nodes & embedding.nodes
+    if not nodes:
         raise EvaluationError(
             "No walk of the embedding ever stands at the goal; choose a place that the character can get to."
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError
 from .floor import floor_cells
 from .reach import mean_time_to_reach
@@ -55,7 +55,7 @@ class EmbeddingSize:
     objective: float | None = None
 
 
-def mean_time_to(goal: Nodes, place: str) -> Objective:
+def mean_time_to(goal: NodeSet, place: str) -> Objective:
     """The mean time from everywhere to a set of nodes (see :mod:`.goals`); infinite for embeddings without any of them.
 
     For embeddings that share one network: an embedding and what pruning or ablation leave of it. ``place`` is what the
@@ -63,7 +63,7 @@ def mean_time_to(goal: Nodes, place: str) -> Objective:
     """
 
     def seconds(embedding: Embedding) -> float:
-        if len(goal) != len(embedding.nodes):
+        if len(goal.planes) != len(embedding.planes):
             raise EvaluationError(f"The time to reach {place} cannot be compared: other motions have other nodes.")
         return mean_time_to_reach(embedding, goal)
 

@@ -63,7 +63,7 @@ def turn_balance(embedding: Embedding) -> TurnBalance:
     rows = zip(stencils.segment.tolist(), stencils.heading.tolist(), stencils.turn.tolist(), embedding.able_starts())
     for segment, heading, turn, able in rows:
         if able:
-            starting[heading].setdefault(network.fork_of[segment], []).append((turn, able))
+            starting[heading].setdefault(network.entry_group_of[segment], []).append((turn, able))
     radians = {1: np.zeros((nx, ny)), -1: np.zeros((nx, ny))}
     n_links = {1: 0, -1: 0, 0: 0}
     step = embedding.environment.grid.heading_step
@@ -71,7 +71,7 @@ def turn_balance(embedding: Embedding) -> TurnBalance:
         standing = np.stack([unpack(plane) for plane in embedding.planes[heading::n_headings]])
         for fork, moves in forks.items():
             # How many nodes stand in each cell that any of these links may start from.
-            alive = standing[network.parents[network.members_of_fork[fork][0]]].sum(axis=0, dtype=np.int32)
+            alive = standing[network.parents[network.entry_groups[fork][0]]].sum(axis=0, dtype=np.int32)
             for turn, able in moves:
                 links = alive * unpack(able)
                 side = (turn > 0) - (turn < 0)

@@ -44,11 +44,11 @@ def segment_variability_of(embedding: Embedding, segment: int) -> np.ndarray:
 
 
 def variability_counts(embedding: Embedding, degrees: Degrees, block: int) -> list[BitCounts]:
-    """For each segment the tally of segment variability (eq. 1) over the bundle of a block of headings."""
-    merge_of = embedding.network.merge_of
+    """For each segment the tally of segment variability (eq. 1) over a block of headings."""
+    exit_group_of = embedding.network.exit_group_of
     return [
         product(degrees.incoming(segment, block), degrees.outgoing(merge, block))
-        for segment, merge in enumerate(merge_of)
+        for segment, merge in enumerate(exit_group_of)
     ]
 
 
@@ -64,16 +64,16 @@ def variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndar
     """As :func:`variability`, as a generator that yields progress."""
     network, degrees = embedding.network, Degrees(embedding)
     ways = np.empty(embedding.shape[:3], dtype=np.int64)
-    for block in range(network.n_blocks):
+    for block in range(network.packing.n_blocks):
         total = BitCounter()
-        for merge, members in enumerate(network.members_of_merge):
-            yield Progress((block + merge / len(network.members_of_merge)) / network.n_blocks, _MESSAGE)
+        for merge, members in enumerate(network.exit_groups):
+            yield Progress((block + merge / len(network.exit_groups)) / network.packing.n_blocks, _MESSAGE)
             arriving = BitCounter()
             for segment in members:
                 arriving.add_counts(degrees.incoming(segment, block))
             total.add_counts(product(arriving.total(), degrees.outgoing(merge, block)))
-        first = block * network.bundled
-        ways[:, :, first : first + network.bundled] = _numbers(network, total.total())
+        first = block * network.packing.headings
+        ways[:, :, first : first + network.packing.headings] = _numbers(network, total.total())
         degrees.forget(block)
     return ways
 
@@ -89,10 +89,11 @@ def heading_variability(embedding: Embedding, heading: int) -> np.ndarray:
     network = embedding.network
     if not 0 <= heading < network.n_headings:
         raise IndexError(f"There is no heading {heading} on a grid of {network.n_headings} headings.")
-    block, place = divmod(heading, network.bundled)
-    here = network.bundles([network.layout.ground if i == place else 0 for i in range(network.bundled)])[0]
+    packing = network.packing
+    block, place = divmod(heading, packing.headings)
+    here = packing.pack([network.layout.ground if i == place else 0 for i in range(packing.headings)])[0]
     degrees, total = Degrees(embedding), BitCounter()
-    for segment, merge in enumerate(network.merge_of):
+    for segment, merge in enumerate(network.exit_group_of):
         total.add_product(masked(degrees.incoming(segment, block), here), degrees.outgoing(merge, block))
     return _numbers(network, total.total())[:, :, place]
 
@@ -106,9 +107,9 @@ def integrated_variability_steps(embedding: Embedding) -> Generator[Progress, No
     """(n_segments,) int64: segment variability of each segment, summed over the whole domain (paper, section 4.2)."""
     network, degrees = embedding.network, Degrees(embedding)
     sums = np.zeros(network.n_segments, dtype=np.int64)
-    for block in range(network.n_blocks):
-        for segment, merge in enumerate(network.merge_of):
-            yield Progress((block + segment / network.n_segments) / network.n_blocks, _MESSAGE)
+    for block in range(network.packing.n_blocks):
+        for segment, merge in enumerate(network.exit_group_of):
+            yield Progress((block + segment / network.n_segments) / network.packing.n_blocks, _MESSAGE)
             sums[segment] += sum_of_products(degrees.incoming(segment, block), degrees.outgoing(merge, block))
         degrees.forget(block)
     return sums
@@ -134,19 +135,19 @@ def coverage_share(embedding: Embedding, whole: Embedding | None = None) -> floa
 
 def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.ndarray:
     """(nx, ny, n_headings) int64: segment variability of one segment."""
-    merge = network.merge_of[segment]
+    merge = network.exit_group_of[segment]
     blocks = [
         _numbers(network, product(degrees.incoming(segment, block), degrees.outgoing(merge, block)))
-        for block in range(network.n_blocks)
+        for block in range(network.packing.n_blocks)
     ]
     return np.concatenate(blocks, axis=2)
 
 
 def _numbers(network: StepNetwork, tally: BitCounts) -> np.ndarray:
-    """(nx, ny, headings of a block) int64: the counts of a tally of bundles."""
+    """(nx, ny, headings of a block) int64: the counts of a tally of blocks."""
     layout = network.layout
-    numbers = np.zeros((network.bundled, layout.nx, layout.ny), dtype=np.int64)
-    for digit, bundle in enumerate(tally):
-        for place, plane in enumerate(network.planes(bundle)):
+    numbers = np.zeros((network.packing.headings, layout.nx, layout.ny), dtype=np.int64)
+    for digit, packed in enumerate(tally):
+        for place, plane in enumerate(network.packing.unpack(packed)):
             numbers[place] += layout.unpack(plane).astype(np.int64) << digit
     return numbers.transpose(1, 2, 0)

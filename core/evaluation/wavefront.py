@@ -17,7 +17,7 @@ import numpy as np
 from .. import wording
 from ..embedding.bitplane import PlaneLayout
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, StepNetwork
+from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError
 from ..progress import Progress
 
@@ -54,20 +54,24 @@ class Front:
 def backward_front(embedding: Embedding) -> Front:
     network = embedding.network
     return Front(
-        len(network.members_of_fork), network.forks_after, network.members_of_merge, network.fork_of, forwards=False
+        len(network.entry_groups),
+        network.entry_groups_after,
+        network.exit_groups,
+        network.entry_group_of,
+        forwards=False,
     )
 
 
 def forward_front(embedding: Embedding) -> Front:
     network = embedding.network
-    parents = [network.parents[members[0]] for members in network.members_of_fork]
-    return Front(network.n_segments, parents, network.members_of_fork, range(network.n_segments), forwards=True)
+    parents = [network.parents[members[0]] for members in network.entry_groups]
+    return Front(network.n_segments, parents, network.entry_groups, range(network.n_segments), forwards=True)
 
 
 def wave_steps(
     embedding: Embedding,
     front: Front,
-    seed: Nodes,
+    seed: NodeSet,
     limit: int | None = None,
     delayed: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Generator[Progress, None, np.ndarray]:
@@ -75,7 +79,7 @@ def wave_steps(
 
     Parameters
     ----------
-    seed : Nodes
+    seed : NodeSet
         Where each segment is passed on at time 0: backwards its ends in the goal, forwards its starts.
     limit : int, optional
         Frames after which to stop; later times are NEVER.
@@ -141,10 +145,11 @@ class _Waves:
         #: Times are counted from the base; 0 is what was settled before the base moved.
         self._base = 0
 
-    def begin(self, seed: Nodes) -> None:
+    def begin(self, seed: NodeSet) -> None:
         """Pass on the seed, at time 0."""
+        n_headings = self._network.n_headings
         for segment in range(self._network.n_segments):
-            planes = planes_of(self._network, seed, segment)
+            planes = seed.planes[segment * n_headings : (segment + 1) * n_headings]
             used = [heading for heading, plane in enumerate(planes) if plane]
             if used:
                 bits = _unpacked([self._layout.extend(planes[heading]) for heading in used], self._layout)
@@ -249,17 +254,9 @@ class _Waves:
         return laid_out
 
 
-def planes_of(network: StepNetwork, nodes: Nodes, segment: int) -> list[int]:
-    """The plane of each heading of a segment's part of a set of nodes."""
-    bundles = nodes[segment * network.n_blocks : (segment + 1) * network.n_blocks]
-    return [plane for bundle in bundles for plane in network.planes(bundle)]
-
-
 def _unpacked(planes: Sequence[int], layout: PlaneLayout) -> np.ndarray:
     """(n, n_bits) uint8: the bits of planes, padding and halo included."""
-    size = (layout.n_bits + 7) // 8
-    raw = np.frombuffer(b"".join([plane.to_bytes(size, "little") for plane in planes]), dtype=np.uint8)
-    return np.unpackbits(raw.reshape(len(planes), size), axis=1, bitorder="little", count=layout.n_bits)
+    return np.unpackbits(layout.to_rows(planes), axis=1, bitorder="little", count=layout.n_bits)
 
 
 def _halo_copies(passed: np.ndarray, layout: PlaneLayout) -> Iterator[tuple[np.ndarray, np.ndarray]]:

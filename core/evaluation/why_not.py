@@ -6,8 +6,10 @@ from enum import IntEnum
 
 import numpy as np
 
+from ..embedding.closure import reached_from_steps, reaching_steps
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, StepNetwork, count, difference, intersection, union
+from ..embedding.network import StepNetwork
+from ..embedding.node_set import NodeSet, union_of
 from ..embedding.unroll import REPORTED_PATHS, unroll_steps
 from ..environment.environment import Environment
 from ..environment.grid import SUBDIVISION
@@ -59,12 +61,12 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     """(nx, ny, n_headings) uint8 array of :class:`Reason` for every grid element."""
     network = embedding.network
     nodes = embedding.nodes
-    everything = network.image(network.everything())
-    reached = yield from portion(network.reached_from_steps(nodes, union(everything, nodes)), 0.1, 0.3)
+    everything = network.image(network.everything)
+    reached = yield from portion(reached_from_steps(network, nodes, everything | nodes), 0.1, 0.3)
     # Where a character could start: it need not have arrived by any segment.
-    leading = yield from portion(network.reaching_steps(nodes, network.everything()), 0.3, 0.6)
+    leading = yield from portion(reaching_steps(network, nodes, network.everything), 0.3, 0.6)
     yield Progress(0.6, "Looking for other components")
-    apart = difference(everything, intersection(everything, union(reached, leading)))
+    apart = everything - (reached | leading)
     elsewhere = _endless(network, apart)
     yield Progress(0.9, "Naming reasons")
 
@@ -86,25 +88,19 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     return reason
 
 
-def _endless(network: StepNetwork, nodes: Nodes) -> Nodes:
+def _endless(network: StepNetwork, nodes: NodeSet) -> NodeSet:
     """The part of ``nodes`` on walks without beginning or end: on other components, or between two of them."""
     while True:
         trimmed = network.trim(nodes)
-        if count(trimmed) == count(nodes):
+        if len(trimmed) == len(nodes):
             return trimmed
         nodes = trimmed
 
 
-def _places(network: StepNetwork, nodes: Nodes) -> np.ndarray:
+def _places(network: StepNetwork, nodes: NodeSet) -> np.ndarray:
     """(nx, ny, n_headings) bool: where a set has a node of any segment."""
-    n_blocks = network.n_blocks
-    planes = []
-    for block in range(n_blocks):
-        shared = 0
-        for segment in range(network.n_segments):
-            shared |= nodes[segment * n_blocks + block]
-        planes += network.planes(shared)
-    return np.stack([network.layout.unpack(plane) for plane in planes], axis=2)
+    shared = [union_of(nodes.planes[heading :: network.n_headings]) for heading in range(network.n_headings)]
+    return np.stack([network.layout.unpack(plane) for plane in shared], axis=2)
 
 
 def floor_reasons(reasons: np.ndarray) -> np.ndarray:
@@ -195,7 +191,7 @@ def _count_steps(embedding: Embedding, valid: tuple[int, ...]) -> Generator[Prog
 def _inside_steps(embedding: Embedding) -> Generator[Progress, None, int]:
     """Links of the embedding itself."""
     network, n_links = embedding.network, 0
-    planes = [plane for bundle in embedding.nodes for plane in network.planes(bundle)]
+    planes = embedding.planes
     n_stencils = len(embedding.unrolling.valid)
     for done, (segment, heading, _, _, able) in enumerate(network.moves_within(embedding.nodes)):
         if done % REPORTED_PATHS == 0:

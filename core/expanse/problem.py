@@ -10,7 +10,8 @@ import numpy as np
 
 from ..embedding.embedding import EmbeddingSettings
 from ..embedding.footprint import FootprintRule, FootprintSettings
-from ..embedding.network import Nodes, StepNetwork
+from ..embedding.network import StepNetwork
+from ..embedding.node_set import NodeSet
 from ..embedding.stencil import build_stencils
 from ..embedding.sweep import Sweep, sweep_steps
 from ..embedding.unroll import Unrolling, unroll_steps
@@ -53,14 +54,6 @@ class Problem:
         """The plane of a parcel's own cells."""
         return self.sweep.layout.pack(self.plan.own_cells(index))
 
-    @property
-    def n_planes(self) -> int:
-        return len(self.graph.segments) * self.plan.grid.shape[2]
-
-    @property
-    def plane_bytes(self) -> int:
-        return (self.sweep.layout.n_bits + 7) // 8
-
     def set_path(self, name: str, index: int) -> Path:
         return self.folder / "sets" / name / f"{index}.set"
 
@@ -68,15 +61,19 @@ class Problem:
         """What a parcel tells its neighbour number ``place``."""
         return self.folder / "mail" / name / f"{sender}-{place}.set"
 
-    def read(self, name: str, index: int) -> list[int]:
-        """The planes of a set in a parcel, its own cells only."""
+    def everywhere(self, plane: int) -> NodeSet:
+        """The set of all nodes on the cells of a plane."""
+        return NodeSet((plane,) * (len(self.graph.segments) * self.plan.grid.shape[2]))
+
+    def read(self, name: str, index: int) -> NodeSet:
+        """A set in a parcel, its own cells only."""
         return read_set(self.set_path(name, index))
 
-    def write(self, name: str, index: int, planes: list[int], lasting: bool = False) -> None:
-        write_set(self.set_path(name, index), planes, self.plane_bytes, lasting)
+    def write(self, name: str, index: int, nodes: NodeSet, lasting: bool = False) -> None:
+        write_set(self.set_path(name, index), nodes, self.sweep.layout.n_bytes, lasting)
 
-    def write_mail(self, name: str, sender: int, planes: list[int], to_own: bool) -> dict[int, tuple[int, str]]:
-        """Tell all neighbours what concerns them: what of the planes lies in their own cells, or in all their frame.
+    def write_mail(self, name: str, sender: int, nodes: NodeSet, to_own: bool) -> dict[int, tuple[int, str]]:
+        """Tell all neighbours what concerns them: what of the nodes lies in their own cells, or in all their frame.
 
         Returns {number of the neighbour: (its parcel, path of the file)} of those that are told anything.
         """
@@ -84,12 +81,12 @@ class Problem:
         for place, neighbour in enumerate(self.plan.neighbours[sender]):
             seen, move = self._seen(sender, place, to_own), layout.shift(neighbour.dx, neighbour.dy)
             moved = []
-            for plane in planes:
+            for plane in nodes.planes:
                 part = plane & seen
                 moved.append(part << move if move >= 0 else part >> -move)
             if any(moved):
                 path = self.mail_path(name, sender, place)
-                write_set(path, moved, self.plane_bytes)
+                write_set(path, NodeSet(tuple(moved)), self.sweep.layout.n_bytes)
                 sent[place] = (neighbour.index, str(path))
         return sent
 
@@ -107,16 +104,11 @@ class Problem:
         return self.sweep.layout.pack(np.logical_and.outer(in_x, in_y))
 
 
-def union_of_files(paths: Sequence[str], n_planes: int) -> list[int]:
-    """The union of the sets in some files."""
-    union = [0] * n_planes
+def union_of_files(paths: Sequence[str], nodes: NodeSet) -> NodeSet:
+    """The union of a set with those in some files."""
     for path in paths:
-        union = [a | b for a, b in zip(union, read_set(Path(path)), strict=True)]
-    return union
-
-
-def planes_of(network: StepNetwork, nodes: Nodes) -> list[int]:
-    return [plane for bundle in nodes for plane in network.planes(bundle)]
+        nodes = nodes | read_set(Path(path))
+    return nodes
 
 
 def _sweep(graph: MotionGraph, frame: Grid, tags: frozenset[str], settings: EmbeddingSettings) -> Sweep:

@@ -6,6 +6,7 @@ import uuid
 import zlib
 from pathlib import Path
 
+from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError, StorageError
 
 _MAGIC = b"WFSET1\n\0"
@@ -16,19 +17,19 @@ _SPARSE = 0.1
 """Sets with fewer bits than this share are packed as they are written: packing full ones takes longer than the work."""
 
 
-def write_set(path: Path, planes: list[int], plane_bytes: int, lasting: bool = False) -> None:
-    """Write a set of nodes, given as planes of up to ``plane_bytes`` bytes each; ``lasting`` ones as small as can be.
+def write_set(path: Path, nodes: NodeSet, plane_bytes: int, lasting: bool = False) -> None:
+    """Write a set of nodes, whose planes are of up to ``plane_bytes`` bytes each; ``lasting`` ones as small as can be.
 
     Raises StorageError, naming the file, if the disk is full or cannot be written.
     """
-    raw = b"".join(plane.to_bytes(plane_bytes, "little") for plane in planes)
-    is_sparse = sum(plane.bit_count() for plane in planes) < _SPARSE * 8 * len(raw)
+    raw = b"".join(plane.to_bytes(plane_bytes, "little") for plane in nodes.planes)
+    is_sparse = len(nodes) < _SPARSE * 8 * len(raw)
     packed = zlib.compress(raw, 6 if lasting else int(is_sparse))
-    write_whole(path, _MAGIC + _HEAD.pack(len(planes), plane_bytes, zlib.crc32(packed)) + packed)
+    write_whole(path, _MAGIC + _HEAD.pack(len(nodes.planes), plane_bytes, zlib.crc32(packed)) + packed)
 
 
-def read_set(path: Path) -> list[int]:
-    """The planes of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
+def read_set(path: Path) -> NodeSet:
+    """The set of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
     try:
         raw = path.read_bytes()
     except OSError as error:
@@ -39,10 +40,12 @@ def read_set(path: Path) -> list[int]:
         packed = memoryview(raw)[head:]
         if zlib.crc32(packed) == checksum:
             data = memoryview(zlib.decompress(packed))
-            return [
-                int.from_bytes(data[i : i + plane_bytes], "little")
-                for i in range(0, n_planes * plane_bytes, plane_bytes)
-            ]
+            return NodeSet(
+                tuple(
+                    int.from_bytes(data[i : i + plane_bytes], "little")
+                    for i in range(0, n_planes * plane_bytes, plane_bytes)
+                )
+            )
     raise EmbeddingError(f"'{path}' is damaged; delete it and run the embedding again.")
 
 

@@ -10,15 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
+from ..embedding.closure import reached_from_steps, reaching_steps
 from ..embedding.component import largest_component_steps
 from ..embedding.embedding import Embedding
-from ..embedding.network import difference, intersection, union
+from ..embedding.node_set import NodeSet
 from ..embedding.unroll import unroll_steps
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
 from ..progress import finish
-from .problem import open_network, open_problem, planes_of, union_of_files
-from .set_file import write_whole
+from .problem import open_network, open_problem, union_of_files
+from .set_file import read_set, write_whole
 
 #: Files of mail by the parcels that they are for.
 Mail = dict[int, list[str]]
@@ -38,24 +39,16 @@ class Told:
     mail: tuple[tuple[int, str], ...] = ()
 
 
-def _everywhere(folder: str, index: int) -> list[int]:
-    """All nodes on a parcel's own cells."""
-    problem = open_problem(folder)
-    return [problem.own(index)] * problem.n_planes
-
-
-def _beyond(folder: str, index: int) -> list[int]:
+def _beyond(folder: str, index: int) -> NodeSet:
     """All nodes in a parcel's halo."""
     problem = open_problem(folder)
-    return [problem.sweep.layout.ground ^ problem.own(index)] * problem.n_planes
+    return problem.everywhere(problem.sweep.layout.ground ^ problem.own(index))
 
 
-def _read(folder: str, index: int, name: str | None) -> list[int]:
-    return _everywhere(folder, index) if name is None else open_problem(folder).read(name, index)
-
-
-def _bits(planes: Sequence[int]) -> int:
-    return sum(plane.bit_count() for plane in planes)
+def _read(folder: str, index: int, name: str | None) -> NodeSet:
+    """A set on a parcel's own cells: None for all nodes there."""
+    problem = open_problem(folder)
+    return problem.everywhere(problem.own(index)) if name is None else problem.read(name, index)
 
 
 # --------------------------------------------------------------------------------------- one step forwards and back
@@ -64,30 +57,29 @@ def _bits(planes: Sequence[int]) -> int:
 def send_image(folder: str, index: int, name: str | None, out: str) -> Told:
     """Where links lead from a set (None for all nodes): kept as ``out`` in the own cells, told to the neighbours."""
     problem, network = open_problem(folder), open_network(folder, index)
-    image = planes_of(network, network.image(network.bundles(_read(folder, index, name))))
+    image = network.image(_read(folder, index, name))
     sent = problem.write_mail(out, index, image, to_own=True)
-    own = problem.own(index)
-    kept = [plane & own for plane in image]
+    kept = image.on(problem.own(index))
     problem.write(out, index, kept)
-    return Told(_bits(kept), tuple(sent.values()))
+    return Told(len(kept), tuple(sent.values()))
 
 
 def send_nodes(folder: str, index: int, name: str) -> Told:
     """Tell the neighbours which nodes of a set lie in their frames."""
     problem = open_problem(folder)
     planes = problem.read(name, index)
-    return Told(_bits(planes), tuple(problem.write_mail(f"halo of {name}", index, planes, to_own=False).values()))
+    return Told(len(planes), tuple(problem.write_mail(f"halo of {name}", index, planes, to_own=False).values()))
 
 
 def join_mail(folder: str, index: int, name: str, mail: Sequence[str], within: str | None, out: str | None) -> Told:
     """A set with what the neighbours told about it, as far as it lies in another; only counted if ``out`` is None."""
     problem = open_problem(folder)
-    planes = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    planes = union_of_files(mail, problem.read(name, index))
     if within is not None:
-        planes = intersection(planes, problem.read(within, index))
+        planes = planes & problem.read(within, index)
     if out is not None:
         problem.write(out, index, planes)
-    return Told(_bits(planes))
+    return Told(len(planes))
 
 
 def keep(folder: str, index: int, name: str, out: str) -> Told:
@@ -95,25 +87,24 @@ def keep(folder: str, index: int, name: str, out: str) -> Told:
     problem = open_problem(folder)
     planes = problem.read(name, index)
     problem.write(out, index, planes, lasting=True)
-    return Told(_bits(planes))
+    return Told(len(planes))
 
 
 def keep_able(folder: str, index: int, name: str, mail: Sequence[str], out: str) -> Told:
     """The nodes of a set with a link to one of the set, here or in what the neighbours told of it."""
     problem, network = open_problem(folder), open_network(folder, index)
     planes = problem.read(name, index)
-    able = network.preimage(network.bundles(union(planes, union_of_files(mail, problem.n_planes))))
-    kept = intersection(planes, planes_of(network, able))
+    kept = planes & network.preimage(union_of_files(mail, planes))
     problem.write(out, index, kept)
-    return Told(_bits(kept))
+    return Told(len(kept))
 
 
 def subtract(folder: str, index: int, name: str, other: str, out: str) -> Told:
     """The nodes of a set that are not in ``other``, a subset of it."""
     problem = open_problem(folder)
-    planes = difference(problem.read(name, index), problem.read(other, index))
+    planes = problem.read(name, index) - problem.read(other, index)
     problem.write(out, index, planes)
-    return Told(_bits(planes))
+    return Told(len(planes))
 
 
 # ------------------------------------------------------------------------------------------------------------ seeds
@@ -123,32 +114,28 @@ def find_core(folder: str, index: int, within: str | None, out: str) -> Told:
     """The largest strongly connected component of a parcel for itself; tell the neighbours where it leads to them."""
     problem, network = open_problem(folder), open_network(folder, index)
     nodes = _read(folder, index, within)
-    core = finish(largest_component_steps(network, within=network.bundles(nodes)))
-    planes = planes_of(network, core)
-    problem.write(out, index, planes)
-    if not any(planes):
+    core = finish(largest_component_steps(network, within=nodes)).nodes
+    problem.write(out, index, core)
+    if not core:
         return Told(0)
-    around = network.bundles(union(nodes, _beyond(folder, index)))
-    reached = planes_of(network, finish(network.reached_from_steps(core, around)))
+    reached = finish(reached_from_steps(network, core, nodes | _beyond(folder, index)))
     sent = problem.write_mail(out, index, reached, to_own=True)
-    return Told(_bits(planes), tuple(sent.values()))
+    return Told(len(core), tuple(sent.values()))
 
 
 def touched(folder: str, index: int, core: str, within: str | None, mail: Sequence[str]) -> list[bool]:
     """For each of the neighbours that told where their cores lead: whether that leads into a parcel's own core."""
     problem = open_problem(folder)
     seed, limits = problem.read(core, index), _read(folder, index, within)
-    if not mail or not any(seed):
+    if not mail or not seed:
         return [False] * len(mail)
     hits = []
     for path in mail:
-        arrived = intersection(union_of_files([path], problem.n_planes), limits)
-        hit = any(intersection(arrived, seed))
-        if not hit and any(arrived):
-            network = open_network(folder, index)
-            around = network.bundles(union(limits, _beyond(folder, index)))
-            reached = finish(network.reached_from_steps(network.bundles(arrived), around))
-            hit = any(intersection(planes_of(network, reached), seed))
+        arrived = read_set(Path(path)) & limits
+        hit = bool(arrived & seed)
+        if not hit and arrived:
+            around = limits | _beyond(folder, index)
+            hit = bool(finish(reached_from_steps(open_network(folder, index), arrived, around)) & seed)
         hits.append(hit)
     return hits
 
@@ -156,20 +143,19 @@ def touched(folder: str, index: int, core: str, within: str | None, mail: Sequen
 def clear(folder: str, index: int, out: str) -> Told:
     """An empty set."""
     problem = open_problem(folder)
-    problem.write(out, index, [0] * problem.n_planes)
+    problem.write(out, index, problem.everywhere(0))
     return Told(0)
 
 
 def place_node(folder: str, index: int, within: str, out: str) -> Told:
     """The set of one node of a parcel's nodes."""
     problem = open_problem(folder)
-    planes = [0] * problem.n_planes
-    for i, plane in enumerate(problem.read(within, index)):
-        if plane:
-            planes[i] = plane & -plane
-            break
-    problem.write(out, index, planes)
-    return Told(_bits(planes))
+    nodes = problem.read(within, index)
+    first = next((i for i, plane in enumerate(nodes.planes) if plane), None)
+    chosen = nodes.where(lambda i: i == first)
+    chosen = chosen.on(max(chosen.planes) & -max(chosen.planes))
+    problem.write(out, index, chosen)
+    return Told(len(chosen))
 
 
 # --------------------------------------------------------------------------------------------------------- closures
@@ -183,19 +169,17 @@ def go_on(folder: str, index: int, known: str | None, mail: Sequence[str], withi
     """
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
-    arrived = intersection(union_of_files(mail, problem.n_planes), limits) if mail else before
-    new = intersection(arrived, [~plane for plane in before]) if mail else before
-    if not any(new):
+    arrived = (union_of_files(mail, problem.everywhere(0)) & limits) if mail else before
+    new = (arrived - before) if mail else before
+    if not new:
         problem.write(out, index, before)
-        return Told(_bits(before))
-    left = difference(limits, before) if mail else limits
-    around = network.bundles(union(left, _beyond(folder, index)))
-    reached = planes_of(network, finish(network.reached_from_steps(network.bundles(new), around)))
+        return Told(len(before))
+    left = (limits - before) if mail else limits
+    reached = finish(reached_from_steps(network, new, left | _beyond(folder, index)))
     sent = problem.write_mail(out, index, reached, to_own=True)
-    own = problem.own(index)
-    planes = union(before, [plane & own for plane in reached])
+    planes = before | reached.on(problem.own(index))
     problem.write(out, index, planes)
-    return Told(_bits(planes), tuple(sent.values()))
+    return Told(len(planes), tuple(sent.values()))
 
 
 def go_back(folder: str, index: int, known: str | None, mail: Sequence[str], within: str | None, out: str) -> Told:
@@ -203,23 +187,21 @@ def go_back(folder: str, index: int, known: str | None, mail: Sequence[str], wit
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
     # What the neighbours tell lies in the halo and is new to this parcel, whatever it knows of its own cells.
-    new = union_of_files(mail, problem.n_planes) if mail else before
-    if not any(new):
+    new = union_of_files(mail, problem.everywhere(0)) if mail else before
+    if not new:
         problem.write(out, index, before)
-        return Told(_bits(before))
-    left = difference(limits, before) if mail else limits
-    reaching = finish(network.reaching_steps(network.bundles(new), network.bundles(union(left, new))))
-    own = problem.own(index)
-    fresh = [plane & own for plane in planes_of(network, reaching)]
+        return Told(len(before))
+    left = (limits - before) if mail else limits
+    fresh = finish(reaching_steps(network, new, left | new)).on(problem.own(index))
     sent = problem.write_mail(out, index, fresh, to_own=False)
-    planes = union(before, fresh)
+    planes = before | fresh
     problem.write(out, index, planes)
-    return Told(_bits(planes), tuple(sent.values()))
+    return Told(len(planes), tuple(sent.values()))
 
 
-def _known(folder: str, index: int, known: str | None) -> list[int]:
+def _known(folder: str, index: int, known: str | None) -> NodeSet:
     problem = open_problem(folder)
-    return [0] * problem.n_planes if known is None else problem.read(known, index)
+    return problem.everywhere(0) if known is None else problem.read(known, index)
 
 
 # ---------------------------------------------------------------------------------------------------------- results
@@ -228,8 +210,8 @@ def _known(folder: str, index: int, known: str | None) -> list[int]:
 def count_links(folder: str, index: int, name: str, mail: Sequence[str], enough: float = np.inf) -> int:
     """Links between nodes of a set that start in a parcel."""
     problem, network = open_problem(folder), open_network(folder, index)
-    around = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
-    return network.count_links(network.bundles(around), enough)
+    around = union_of_files(mail, problem.read(name, index))
+    return network.count_links(around, enough)
 
 
 def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -241,8 +223,8 @@ def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tupl
     problem, network = open_problem(folder), open_network(folder, index)
     plan, layout = problem.plan, problem.sweep.layout
     parcel, (nx, ny, n_headings) = plan.parcels[index], plan.grid.shape
-    around = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
-    indices, starts, ends = network.links_within(network.bundles(around))
+    around = union_of_files(mail, problem.read(name, index))
+    indices, starts, ends = network.links_within(around)
     x, y = np.divmod(indices[:, 1], layout.ny)
     own = plan.own_cells(index)[x, y]
     x, y = (x - plan.halo_x + parcel.x0) % nx, (y - plan.halo_y + parcel.y0) % ny
@@ -262,9 +244,8 @@ def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> Told
     mine = (x >= 0) & (x < parcel.nx) & (y >= 0) & (y < parcel.ny)
     local = (x + plan.halo_x) * problem.sweep.layout.ny + y + plan.halo_y
     nodes = network.nodes(np.column_stack([segment * n_headings + heading, local])[mine])
-    planes = planes_of(network, nodes)
-    problem.write(out, index, planes)
-    return Told(_bits(planes))
+    problem.write(out, index, nodes)
+    return Told(len(nodes))
 
 
 def first_node(folder: str, index: int, name: str) -> int | None:
@@ -273,7 +254,7 @@ def first_node(folder: str, index: int, name: str) -> int | None:
     plan, layout, n_segments = problem.plan, problem.sweep.layout, len(problem.graph.segments)
     parcel, (_, ny, n_headings) = plan.parcels[index], plan.grid.shape
     lowest = None
-    for i, plane in enumerate(problem.read(name, index)):
+    for i, plane in enumerate(problem.read(name, index).planes):
         if plane:
             x, y = divmod((plane & -plane).bit_length() - 1, layout.stride)
             cell = (x - plan.halo_x + parcel.x0) * ny + y - plan.halo_y + parcel.y0
@@ -289,13 +270,13 @@ def write_maps(folder: str, index: int, name: str, mail: Sequence[str], out: str
     """
     problem = open_problem(folder)
     plan, layout = problem.plan, problem.sweep.layout
-    planes = union(problem.read(name, index), union_of_files(mail, problem.n_planes))
+    planes = union_of_files(mail, problem.read(name, index))
     # Nodes in the halo have links too; what these pass lies within twice the halo.
     wide = plan.crop(problem.environment, index, margin=2)
     sweep = _wide_sweep(folder, wide.grid.shape[:2])
     unrolling = finish(unroll_steps(sweep, wide))
     pad = ((plan.halo_x,) * 2, (plan.halo_y,) * 2)
-    widened = tuple(sweep.layout.pack(np.pad(layout.unpack(plane), pad)) if plane else 0 for plane in planes)
+    widened = tuple(sweep.layout.pack(np.pad(layout.unpack(plane), pad)) if plane else 0 for plane in planes.planes)
     embedding = Embedding(problem.graph, wide, problem.settings, unrolling, widened)
     parcel = plan.parcels[index]
     own = (

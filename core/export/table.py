@@ -39,7 +39,7 @@ def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytear
     """
     size = _size(embedding)
     yield Progress(0.0, "Counting links")
-    network, (nx, ny, n_headings, n_segments) = embedding.network.by_plane, embedding.shape
+    network, (nx, ny, n_headings, n_segments) = embedding.network, embedding.shape
     able = list(embedding.able_starts())
     first_node = [0, *accumulate(plane.bit_count() for plane in embedding.planes)]
     first_link = [0, *accumulate((yield from _leaving_steps(embedding, able)))]
@@ -50,8 +50,8 @@ def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytear
     begins, after = numbers[: len(rows) + 1], numbers[len(rows) + 1 :]
     for heading in range(n_headings):
         ways = _ways_in(embedding, able, first_node, heading)
-        for merge, members in enumerate(network.members_of_merge):
-            done = (heading + merge / len(network.members_of_merge)) / n_headings
+        for merge, members in enumerate(network.exit_groups):
+            done = (heading + merge / len(network.exit_groups)) / n_headings
             yield Progress(_COUNTED + (1 - _COUNTED) * done, "Listing links")
             playable = np.zeros(n_segments, dtype=bool)
             playable[network.children[members[0]]] = True

@@ -244,7 +244,7 @@ class _Planner:
     ):
         embedding = reader.embedding
         self._reader, self._rng, self._settings, self._last_frame = reader, rng, settings, last_frame
-        self._grid, self._merge_of = embedding.environment.grid, embedding.network.merge_of
+        self._grid, self._exit_group_of = embedding.environment.grid, embedding.network.exit_group_of
         self._frame_rate = embedding.graph.frame_rate
         self._paths = StencilPaths(embedding)
         n_frames = last_frame + self._paths.positions.shape[1] + 1
@@ -318,7 +318,7 @@ class _Planner:
     def _key(self, trail: Trail) -> tuple[int, int, int, int, int]:
         x, y, heading, segment = trail.node
         nx, ny, _ = self._grid.shape
-        return x % nx, y % ny, heading, self._merge_of[segment], trail.frames
+        return x % nx, y % ny, heading, self._exit_group_of[segment], trail.frames
 
     def _no_way(self, walker: int, latest: int, given_up: bool) -> str:
         """Say why a walker finds no way, if the longest that was tried ends at frame ``latest``."""

@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
-from ..embedding.network import Nodes, intersection
+from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..progress import Progress
 from .reservation import StencilPaths
@@ -64,7 +64,7 @@ def walk_along_steps(
     embedding: Embedding,
     curve: np.ndarray | Sequence[Sequence[float]],
     settings: CurveSettings | None = None,
-    start: Node | Nodes | None = None,
+    start: Node | NodeSet | None = None,
 ) -> Generator[Progress, None, Walk]:
     """Find the walk along a curve that stays nearest to it, in mean square over time, and does not tarry.
 
@@ -72,7 +72,7 @@ def walk_along_steps(
     ----------
     curve : (n, 2) metres, world x and y of the corners of a polyline; not wrapped: on a tiled ground it may lead on
         beyond the ground
-    start : node (x, y, heading, segment), or Nodes to start from one of; by default any node near the curve's begin
+    start : node (x, y, heading, segment), or NodeSet to start from one of; by default any node near the curve's begin
 
     Raises
     ------
@@ -151,7 +151,7 @@ class _Follower:
         spacing = np.linalg.norm(points[1] - points[0])
         #: Points by which a link can get ahead: its longest way, and the width on both sides of a bend.
         self._ahead = int(np.ceil((paths.reach + 2 * settings.width) / spacing))
-        self._merge_of = np.array(self._embedding.network.merge_of)
+        self._exit_group_of = np.array(self._embedding.network.exit_group_of)
 
     @cached_property
     def _tube(self) -> tuple[np.ndarray, np.ndarray]:
@@ -170,7 +170,7 @@ class _Follower:
         inside[inside] = mask[tuple(cells[inside].T)]
         return inside
 
-    def starts(self, start: Node | Nodes | None) -> np.ndarray:
+    def starts(self, start: Node | NodeSet | None) -> np.ndarray:
         """Return (n, 4) nodes to start from, not wrapped, within the width of the curve's first point."""
         embedding, grid = self._embedding, self._grid
         first, width = self._points[0], self._settings.width
@@ -178,7 +178,7 @@ class _Follower:
             nodes = np.array([start])
             nodes = nodes[self._reader.are_nodes(nodes)]
         else:
-            nodes = self._near_first(embedding.nodes if start is None else intersection(start, embedding.nodes))
+            nodes = self._near_first(embedding.nodes if start is None else (start & embedding.nodes))
         nodes = nodes.copy()
         if grid.tiled and len(nodes):
             # The tile that lies nearest to the curve's first point.
@@ -193,15 +193,14 @@ class _Follower:
             )
         return nodes
 
-    def _near_first(self, nodes: Nodes) -> np.ndarray:
+    def _near_first(self, nodes: NodeSet) -> np.ndarray:
         """Rows of the nodes in cells near the first point; rows of all of them would be too many."""
         grid, network = self._grid, self._embedding.network
         away = grid.positions(np.moveaxis(np.indices(grid.shape[:2]), 0, -1)) - self._points[0]
         if grid.tiled:
             away = away - grid.size * np.rint(away / grid.size)
         near = network.layout.pack(np.linalg.norm(away, axis=2) <= self._settings.width + 1e-9)
-        around = network.bundles([near] * network.n_headings) * network.n_segments
-        return rows_of(self._embedding, intersection(nodes, around))
+        return rows_of(self._embedding, nodes.on(near))
 
     def steps(self, starts: np.ndarray) -> Generator[Progress, None, Walk]:
         n_points = len(self._points)
@@ -236,7 +235,7 @@ class _Follower:
         the beam is wide. ``best`` remembers the costs."""
         n_headings, n_segments = self._embedding.shape[2:]
         nodes = found.nodes
-        kind = self._merge_of[nodes[:, 3]]
+        kind = self._exit_group_of[nodes[:, 3]]
         low = nodes[:, :2].min(axis=0)
         span = np.ptp(nodes[:, :2], axis=0) + 1
         place = np.ravel_multi_index((*(nodes[:, :2] - low).T, nodes[:, 2], kind), (*span, n_headings, n_segments))

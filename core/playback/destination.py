@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError, WalkError
 from ..evaluation.goals import facing, goal_at
 from ..evaluation.why_not import Reason, floor_reasons, why_not_steps
@@ -28,7 +28,7 @@ def destination(
     radius: float = 0.0,
     heading: float | None = None,
     tolerance: float = 0.0,
-) -> Nodes:
+) -> NodeSet:
     """Return the nodes within ``radius`` metres of world x, y that face ``heading`` (rad), or any way if it is None.
 
     Raises

@@ -8,7 +8,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..evaluation.wavefront import NEVER
 from ..progress import Progress, portion
@@ -20,7 +20,7 @@ HEADING_LEVER = 0.5
 
 
 def walk_through_steps(
-    embedding: Embedding, start: Node | Nodes, goals: Sequence[Nodes], limit: float | None = None
+    embedding: Embedding, start: Node | NodeSet, goals: Sequence[NodeSet], limit: float | None = None
 ) -> Generator[Progress, None, Walk]:
     """Find the quickest walk that stands at a node of each goal, one goal after the other.
 
@@ -30,8 +30,8 @@ def walk_through_steps(
 
     Parameters
     ----------
-    start : node (x, y, heading, segment), or Nodes to start from the best of
-    goals : sequence of Nodes
+    start : node (x, y, heading, segment), or NodeSet to start from the best of
+    goals : sequence of NodeSet
         Sets of ``embedding.network``; what of them is not in the embedding does not count.
     limit : float, optional
         Seconds that the walk may last at most.
@@ -53,7 +53,7 @@ def walk_through_steps(
     return trail.walk()
 
 
-def start_nodes(reader: LinkReader, start: Node | Nodes) -> np.ndarray:
+def start_nodes(reader: LinkReader, start: Node | NodeSet) -> np.ndarray:
     """Return (n, 4) nodes of the embedding to start from; WalkError if there are none."""
     if isinstance(start, tuple):
         nodes = np.array([start])

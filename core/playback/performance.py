@@ -8,7 +8,7 @@ import numpy as np
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
@@ -54,13 +54,13 @@ class _Playable:
     """
 
     action: _Action
-    beginnings: Nodes
+    beginnings: NodeSet
     able: tuple[dict[int, int], ...]
 
 
 def perform_steps(
     embedding: Embedding,
-    start: Node | Nodes,
+    start: Node | NodeSet,
     segments: Iterable[int],
     position: Sequence[float],
     radius: float,
@@ -71,7 +71,7 @@ def perform_steps(
 
     Parameters
     ----------
-    start : node (x, y, heading, segment), or Nodes to start from the best of
+    start : node (x, y, heading, segment), or NodeSet to start from the best of
     segments : indices
         Those of the action, for example :func:`..evaluation.goals.segments_of_clip`. Segments that follow one another
         in a clip are played one after the other, all of them; of several such runs, the one that can begin first.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import Node
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError, WalkError
 from ..evaluation.goals import goal_in_cells
 from ..evaluation.segment_groups import segments_of_clip, segments_with_tag
@@ -171,7 +171,7 @@ def _settings(embedding: Embedding, request: WalkRequest, rng: np.random.Generat
     return WalkSettings(request.duration, start, request.weighting)
 
 
-def _start_nodes(embedding: Embedding, request: WalkRequest, rng: np.random.Generator) -> Node | Nodes:
+def _start_nodes(embedding: Embedding, request: WalkRequest, rng: np.random.Generator) -> Node | NodeSet:
     """Return one node by chance, or all of the cell nearest to the start, of which the best is found."""
     if request.start is None:
         return random_node(embedding, rng)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import PlaneBits
-from ..embedding.network import Nodes, intersection
+from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..evaluation.reach import merged_frames_steps
 from ..evaluation.wavefront import NEVER
@@ -18,21 +18,18 @@ class TimeToGo:
 
     Parameters
     ----------
-    goals : sequence of Nodes
+    goals : sequence of NodeSet
     tables : sequence of (n_merges, n_headings, nx, ny) uint16 arrays
         For each goal, the least frames of the ways by at least one link that pass this goal and all later ones.
     """
 
-    def __init__(self, embedding: Embedding, goals: Sequence[Nodes], tables: Sequence[np.ndarray]):
+    def __init__(self, embedding: Embedding, goals: Sequence[NodeSet], tables: Sequence[np.ndarray]):
         network = embedding.network
         self.embedding = embedding
         self.n_goals = len(goals)
         self._tables = tables
-        self._goals = [
-            PlaneBits([plane for bundle in goal for plane in network.planes(bundle)], network.plane_bytes)
-            for goal in goals
-        ]
-        self._merge_of = np.array(network.merge_of)
+        self._goals = [PlaneBits(goal.planes, network.layout.n_bytes) for goal in goals]
+        self._exit_group_of = np.array(network.exit_group_of)
 
     def passes(self, goal: int, nodes: np.ndarray) -> np.ndarray:
         """Test which of (n, 4) nodes are in a goal; places may be unwrapped."""
@@ -46,7 +43,7 @@ class TimeToGo:
             return np.zeros(len(nodes), dtype=int)
         nx, ny = self.embedding.shape[:2]
         x, y, heading, segment = nodes.T
-        frames = self._tables[layer][self._merge_of[segment], heading, x % nx, y % ny].astype(int)
+        frames = self._tables[layer][self._exit_group_of[segment], heading, x % nx, y % ny].astype(int)
         here = np.flatnonzero(self.passes(layer, nodes))
         if len(here):
             frames[here] = np.minimum(frames[here], self.frames_at(layer + 1, nodes[here]))
@@ -66,7 +63,7 @@ class TimeToGo:
 
 
 def time_to_go_steps(
-    embedding: Embedding, goals: Sequence[Nodes], last: int | None = None
+    embedding: Embedding, goals: Sequence[NodeSet], last: int | None = None
 ) -> Generator[Progress, None, TimeToGo]:
     """Compute the times to go through goals in their order; ways of more than ``last`` frames count as none.
 
@@ -75,13 +72,13 @@ def time_to_go_steps(
     """
     if not goals:
         raise WalkError("There is nowhere to go; give at least one goal.")
-    goals = [intersection(goal, embedding.nodes) for goal in goals]
+    goals = [goal & embedding.nodes for goal in goals]
     for number, goal in enumerate(goals, 1):
-        if not any(goal):
+        if not goal:
             which = f"goal {number}" if len(goals) > 1 else "the goal"
             raise WalkError(f"No walk of the embedding ever stands at {which}; choose a place inside the covered area.")
     network = embedding.network
-    nothing = network.nodes(np.empty((0, 2), dtype=int))
+    nothing = network.empty
     tables: list[np.ndarray] = []
     for index in range(len(goals) - 1, -1, -1):
         done = len(tables) / len(goals)
@@ -98,12 +95,12 @@ def time_to_go_steps(
     return TimeToGo(embedding, goals, tables)
 
 
-def rows_of(embedding: Embedding, nodes: Nodes) -> np.ndarray:
+def rows_of(embedding: Embedding, nodes: NodeSet) -> np.ndarray:
     """List (n, 4) x, y, heading, segment of a set's nodes in the embedding; by segment, heading, x, y."""
-    network, n_headings = embedding.network, embedding.shape[2]
-    kept = intersection(nodes, embedding.nodes)
+    n_headings = embedding.shape[2]
+    kept = nodes & embedding.nodes
     rows = [np.empty((0, 4), dtype=int)]
-    for index, plane in enumerate(plane for bundle in kept for plane in network.planes(bundle)):
+    for index, plane in enumerate(kept.planes):
         if plane:
             cells = embedding.unrolling.layout.cells(plane)
             segment, heading = divmod(index, n_headings)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..embedding.embedding import Embedding
 from ..embedding.link_reader import Node
-from ..embedding.network import Nodes, difference, intersection
+from ..embedding.node_set import NodeSet
 from ..progress import Progress
 from .walk import Trail, Walk, WalkSettings, begin
 
@@ -65,21 +65,18 @@ def _next_place(embedding: Embedding, floor: np.ndarray, node: Node, rng: np.ran
     return near[rng.integers(len(near))]
 
 
-def _rings(embedding: Embedding, cell: np.ndarray) -> Iterator[Nodes]:
-    network, layout = embedding.network, embedding.unrolling.layout
-    there = 1 << layout.bit(*cell.tolist())
-    ring = network.bundles([plane & there for plane in embedding.planes])
-    farther = difference(embedding.nodes, ring)
-    while any(ring):
+def _rings(embedding: Embedding, cell: np.ndarray) -> Iterator[NodeSet]:
+    network = embedding.network
+    ring = embedding.nodes.on(1 << embedding.unrolling.layout.bit(*cell.tolist()))
+    farther = embedding.nodes - ring
+    while ring:
         yield ring
-        ring = intersection(network.preimage(ring), farther)
-        farther = difference(farther, ring)
+        ring = network.preimage(ring) & farther
+        farther = farther - ring
 
 
-def _holds(embedding: Embedding, nodes: Nodes, node: Node) -> bool:
+def _holds(embedding: Embedding, nodes: NodeSet, node: Node) -> bool:
     """Test whether a set holds a node, whose place may be unwrapped."""
-    network, (nx, ny, _, _) = embedding.network, embedding.shape
+    nx, ny, n_headings, _ = embedding.shape
     x, y, heading, segment = node
-    block, place = divmod(heading, network.bundled)
-    bit = place * network.plane_bytes * 8 + embedding.unrolling.layout.bit(x % nx, y % ny)
-    return bool(nodes[segment * network.n_blocks + block] >> bit & 1)
+    return bool(nodes.planes[segment * n_headings + heading] >> embedding.unrolling.layout.bit(x % nx, y % ny) & 1)

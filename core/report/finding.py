@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..evaluation.segment_groups import Grouping
 from ..evaluation.weak_spots import WeakSpotSettings
 from ..progress import Progress
@@ -26,12 +26,12 @@ class Goal:
     ----------
     name : str
         As it stands in a sentence: "the door".
-    nodes : Nodes
+    nodes : NodeSet
         A set of the embedding's network; see :mod:`core.evaluation.goals`.
     """
 
     name: str
-    nodes: Nodes
+    nodes: NodeSet
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding, with_nodes
-from ..embedding.network import Nodes, union
+from ..embedding.node_set import NodeSet
 from ..errors import TuningError
 from ..evaluation.size import Objective
 from ..progress import Progress, portion
@@ -268,7 +268,7 @@ def _core_steps(plan: SpanningPlan, trial: _Trial) -> Generator[Progress, None, 
             break
         n_wanted = (low + high) // 2
     if trial.n_required == 0 and not trial.fits(smallest):
-        return with_nodes(trial.embedding, [0] * len(smallest.nodes))
+        return with_nodes(trial.embedding, trial.embedding.network.empty)
     return smallest
 
 
@@ -318,7 +318,7 @@ def _filled_steps(trial: _Trial, filling: Filling, core: Embedding) -> Generator
     return kept
 
 
-def _grown_steps(trial: _Trial, filling: Filling, core: Nodes, n_steps: int) -> Generator[Progress, None, Embedding]:
-    within = union(core, filling.nodes(n_steps))
+def _grown_steps(trial: _Trial, filling: Filling, core: NodeSet, n_steps: int) -> Generator[Progress, None, Embedding]:
+    within = core | filling.nodes(n_steps)
     nodes = yield from component_around_steps(trial.embedding, core, within)
     return with_nodes(trial.embedding, nodes)

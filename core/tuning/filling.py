@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..evaluation.bit_counter import BitCounts, constant, less
 from ..evaluation.degrees import Degrees
 from ..evaluation.variability import variability_counts
@@ -33,7 +33,7 @@ class Filling:
     ----------
     embedding : Embedding
     levels : list of BitCounts
-        For each bundle of the embedding's nodes, the tally of their levels; the nodes of level 0 come first.
+        For each block of headings of the embedding's nodes, the tally of their levels; the nodes of level 0 come first.
     n_levels : int
     """
 
@@ -42,27 +42,27 @@ class Filling:
     n_levels: int
 
     @property
-    def _bundle_bits(self) -> int:
-        network = self.embedding.network
-        return network.plane_bytes * 8 * network.bundled
+    def _block_bits(self) -> int:
+        packing = self.embedding.network.packing
+        return packing.plane_bytes * 8 * packing.headings
 
     @property
     def n_steps(self) -> int:
         """Steps after which all nodes are taken."""
-        return self.n_levels * len(self.levels) * self._bundle_bits
+        return self.n_levels * len(self.levels) * self._block_bits
 
-    def nodes(self, n_steps: int) -> Nodes:
+    def nodes(self, n_steps: int) -> NodeSet:
         """The nodes of the first steps."""
-        level, rest = divmod(n_steps, len(self.levels) * self._bundle_bits)
-        bundle, bit = divmod(rest, self._bundle_bits)
-        taken = []
-        for index, (everyone, tally) in enumerate(zip(self.embedding.nodes, self.levels, strict=True)):
+        level, rest = divmod(n_steps, len(self.levels) * self._block_bits)
+        block, bit = divmod(rest, self._block_bits)
+        taken, packing = [], self.embedding.network.packing
+        for index, (everyone, tally) in enumerate(zip(packing.pack(self.embedding.planes), self.levels, strict=True)):
             nodes = everyone & less(tally, constant(level, everyone))
-            if index <= bundle:
+            if index <= block:
                 last = everyone & less(tally, constant(level + 1, everyone))
-                nodes |= last if index < bundle else last & ((1 << bit) - 1)
+                nodes |= last if index < block else last & ((1 << bit) - 1)
             taken.append(nodes)
-        return taken
+        return packing.unpack_all(taken)
 
 
 def filling_steps(embedding: Embedding, order: FillOrder) -> Generator[Progress, None, Filling]:
@@ -76,11 +76,12 @@ def filling_steps(embedding: Embedding, order: FillOrder) -> Generator[Progress,
 
 def _variability_levels_steps(embedding: Embedding) -> Generator[Progress, None, list[BitCounts]]:
     """How far each node's segment variability lies under the highest number with as many binary digits."""
-    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    packing, degrees = embedding.network.packing, Degrees(embedding)
+    nodes = packing.pack(embedding.planes)
     values: list[BitCounts] = [[] for _ in nodes]
-    for block in range(network.n_blocks):
-        yield Progress(block / network.n_blocks, "Ranking nodes")
-        values[block :: network.n_blocks] = variability_counts(embedding, degrees, block)
+    for block in range(packing.n_blocks):
+        yield Progress(block / packing.n_blocks, "Ranking nodes")
+        values[block :: packing.n_blocks] = variability_counts(embedding, degrees, block)
         degrees.forget(block)
     n_digits = max((len(value) for value in values), default=0)
     return [

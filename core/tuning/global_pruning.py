@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding, restrict_steps
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..errors import TuningError
 from ..evaluation.variability import coverage_share, integrated_variability_steps
 from ..progress import Progress, portion
@@ -98,6 +98,5 @@ def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progr
     return GlobalPruning(embedding, tuple(dropped))
 
 
-def _without(embedding: Embedding, segment: int) -> Nodes:
-    n_blocks = embedding.network.n_blocks
-    return [0 if i // n_blocks == segment else nodes for i, nodes in enumerate(embedding.nodes)]
+def _without(embedding: Embedding, segment: int) -> NodeSet:
+    return embedding.nodes.where(lambda index: index // embedding.shape[2] != segment)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ..embedding.embedding import Embedding, with_nodes
+from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError
 from ..evaluation.size import EmbeddingSize, embedding_size
 from ..progress import Progress, portion
@@ -120,7 +121,7 @@ def pruning_from_plain(plain: dict, whole: Embedding, planes: tuple[int, ...]) -
     if len(planes) != len(whole.planes) or any(a & ~b for a, b in zip(planes, whole.planes, strict=True)):
         raise EmbeddingError("the pruned embedding is no part of the whole one.")
     # Of the same network, so that its links are not kept twice.
-    pruned = with_nodes(whole, whole.network.bundles(list(planes)))
+    pruned = with_nodes(whole, NodeSet(tuple(planes)))
     before, after = ([plain[size][name] for name in _SIZES] for size in ("before", "after"))
     if not all(isinstance(value, int | float) for value in (*before, *after)):
         raise EmbeddingError("the sizes of the pruned embedding are no numbers.")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding, restrict_steps, with_nodes
-from ..embedding.network import Nodes, count
+from ..embedding.node_set import NodeSet
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import coverage
 from ..progress import Progress, portion
@@ -74,7 +74,7 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
 
 
 def _largest_steps(
-    embedding: Embedding, nodes: Nodes, smaller: Embedding | None
+    embedding: Embedding, nodes: NodeSet, smaller: Embedding | None
 ) -> Generator[Progress, None, Embedding]:
     """The largest component of ``nodes``, which hold all nodes of ``smaller``, a component of fewer of them.
 
@@ -82,6 +82,6 @@ def _largest_steps(
     """
     if smaller is not None and smaller.n_nodes:
         grown = yield from portion(component_around_steps(embedding, smaller.nodes, nodes), 0.0, 0.5)
-        if 2 * count(grown) > count(nodes):
+        if 2 * len(grown) > len(nodes):
             return with_nodes(embedding, grown)
     return (yield from portion(restrict_steps(embedding, nodes), 0.5, 1.0))

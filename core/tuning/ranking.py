@@ -7,7 +7,7 @@ with the lower index comes first. All places are ranked at once, on bit-planes.
 from collections.abc import Generator
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes
+from ..embedding.node_set import NodeSet
 from ..evaluation.bit_counter import BitCounter, BitCounts, constant, less, masked, minus
 from ..evaluation.degrees import Degrees
 from ..evaluation.variability import variability_counts
@@ -17,20 +17,21 @@ from ..progress import Progress
 Ranks = list[BitCounts]
 
 
-def best_nodes_steps(embedding: Embedding, k: int) -> Generator[Progress, None, Nodes]:
+def best_nodes_steps(embedding: Embedding, k: int) -> Generator[Progress, None, NodeSet]:
     """At each p the ``k`` nodes of highest segment variability, or all where there are fewer. Yields progress."""
-    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    packing, degrees = embedding.network.packing, Degrees(embedding)
+    nodes = packing.pack(embedding.planes)
     kept = [0] * len(nodes)
-    for block in range(network.n_blocks):
-        yield Progress(block / network.n_blocks, "Choosing the best nodes")
+    for block in range(packing.n_blocks):
+        yield Progress(block / packing.n_blocks, "Choosing the best nodes")
         values = variability_counts(embedding, degrees, block)
-        kept[block :: network.n_blocks] = best_at_each_place(values, nodes[block :: network.n_blocks], k)
+        kept[block :: packing.n_blocks] = best_at_each_place(values, nodes[block :: packing.n_blocks], k)
         degrees.forget(block)
-    return kept
+    return packing.unpack_all(kept)
 
 
 def best_at_each_place(values: list[BitCounts], members: list[int], k: int) -> list[int]:
-    """Of planes (or bundles) that share their cells, in each cell the ``k`` members of highest value.
+    """Of planes (or blocks) that share their cells, in each cell the ``k`` members of highest value.
 
     Digit by digit from the highest: where enough candidates have the digit set, the others are out; elsewhere those
     are in, and the search goes on among the others for the rest. Of those that stay equal, the first ones are taken.
@@ -62,31 +63,33 @@ def best_at_each_place(values: list[BitCounts], members: list[int], k: int) -> l
 
 def ranks_steps(embedding: Embedding) -> Generator[Progress, None, Ranks]:
     """The rank of every node among those at its p. Yields progress."""
-    network, nodes, degrees = embedding.network, embedding.nodes, Degrees(embedding)
+    packing, degrees = embedding.network.packing, Degrees(embedding)
+    nodes = packing.pack(embedding.planes)
     ranks: Ranks = [[] for _ in nodes]
-    for block in range(network.n_blocks):
-        members = nodes[block :: network.n_blocks]
+    for block in range(packing.n_blocks):
+        members = nodes[block :: packing.n_blocks]
         values = variability_counts(embedding, degrees, block)
         degrees.forget(block)
         better = [BitCounter() for _ in members]
         for i, plane in enumerate(members):
-            yield Progress((block + i / len(members)) / network.n_blocks, "Ranking nodes")
+            yield Progress((block + i / len(members)) / packing.n_blocks, "Ranking nodes")
             for j in range(i + 1, len(members)):
                 both = plane & members[j]
                 if both:
                     later_wins = both & less(values[i], values[j])
                     better[i].add(later_wins)
                     better[j].add(both ^ later_wins)
-            ranks[i * network.n_blocks + block] = better[i].total()
+            ranks[i * packing.n_blocks + block] = better[i].total()
     return ranks
 
 
-def ranked_below(embedding: Embedding, ranks: Ranks, k: int) -> Nodes:
+def ranked_below(embedding: Embedding, ranks: Ranks, k: int) -> NodeSet:
     """The nodes of rank less than ``k``: at each p the ``k`` best."""
-    return [
+    packing = embedding.network.packing
+    return packing.unpack_all(
         node & less(rank, constant(k, node)) if rank else node * (k > 0)
-        for node, rank in zip(embedding.nodes, ranks, strict=True)
-    ]
+        for node, rank in zip(packing.pack(embedding.planes), ranks, strict=True)
+    )
 
 
 def _where(plane: int, a: BitCounts, b: BitCounts) -> BitCounts:

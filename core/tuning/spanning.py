@@ -5,14 +5,14 @@ leads back, along ways that are in use already where there are any. Whatever hol
 this is what budgeted pruning builds on.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.network import Nodes, intersection
+from ..embedding.node_set import NodeSet
 from ..evaluation.degrees import Degrees
 from ..evaluation.variability import coverage, variability_counts, variability_steps
 from ..progress import Progress, portion
@@ -61,11 +61,11 @@ def plan_spanning_steps(embedding: Embedding, places: Places) -> Generator[Progr
     center = yield from portion(_central_node_steps(embedding), 0.0, 0.1)
     outward = yield from portion(layers_from_steps(embedding, center), 0.1, 0.5)
     homeward = yield from portion(layers_to_steps(embedding, center), 0.5, 0.9)
-    layout, network = embedding.unrolling.layout, embedding.network
+    layout = embedding.unrolling.layout
     depth = np.full((*embedding.shape[:2], _n_kinds(embedding, places)), -1)
     for distance in range(outward.n_layers):
         yield Progress(0.9 + 0.1 * distance / outward.n_layers, "Measuring distances")
-        here = _by_kind([p for b in outward.layer(distance) for p in network.planes(b)], depth.shape[2], embedding)
+        here = _by_kind(outward.layer(distance).planes, depth.shape[2], embedding)
         for kind, plane in enumerate(here):
             if plane:
                 fresh = layout.unpack(plane) & (depth[:, :, kind] < 0)
@@ -73,13 +73,12 @@ def plan_spanning_steps(embedding: Embedding, places: Places) -> Generator[Progr
     return SpanningPlan(embedding, places, outward, homeward, depth)
 
 
-def spanning_steps(plan: SpanningPlan, wanted: np.ndarray) -> Generator[Progress, None, Nodes]:
+def spanning_steps(plan: SpanningPlan, wanted: np.ndarray) -> Generator[Progress, None, NodeSet]:
     """A strongly connected set of few nodes that covers the ``wanted`` places, (nx, ny, n) bool. Yields progress.
 
     It always holds the central node and a cycle through it, even if that leads to no wanted place.
     """
     embedding, layout = plan.embedding, plan.embedding.unrolling.layout
-    network = embedding.network
     n_kinds = wanted.shape[2]
     waiting = [layout.pack(wanted[:, :, kind]) for kind in range(n_kinds)]
     n_rounds = plan.outward.n_layers + plan.homeward.n_layers
@@ -87,9 +86,9 @@ def spanning_steps(plan: SpanningPlan, wanted: np.ndarray) -> Generator[Progress
     needed = list(tree)
     for distance in range(plan.outward.n_layers - 1, -1, -1):
         yield Progress((plan.outward.n_layers - distance) / n_rounds, "Laying ways")
-        layer = _planes(plan, plan.outward.layer(distance))
+        layer = plan.outward.layer(distance).planes
         if distance == 0:
-            needed = layer
+            needed = list(layer)
         for kind, plane in enumerate(_by_kind(needed, n_kinds, embedding)):
             waiting[kind] &= ~plane
         # Places that no node nearer to the centre can cover are covered here.
@@ -103,16 +102,16 @@ def spanning_steps(plan: SpanningPlan, wanted: np.ndarray) -> Generator[Progress
                 waiting[kind] &= ~due[kind]
         _add(tree, needed)
         if distance:
-            needed = _sources(embedding, needed, _planes(plan, plan.outward.layer(distance - 1)))
+            needed = _sources(embedding, needed, plan.outward.layer(distance - 1).planes)
     kept = list(tree)
     if sum(plane.bit_count() for plane in kept) == 1:
         _add(kept, _step_of_shortest_cycle(plan))
     for distance in range(plan.homeward.n_layers - 1, 0, -1):
         yield Progress(1 - distance / n_rounds, "Laying ways")
-        layer = _planes(plan, plan.homeward.layer(distance))
-        nearer = _planes(plan, plan.homeward.layer(distance - 1))
+        layer = plan.homeward.layer(distance).planes
+        nearer = plan.homeward.layer(distance - 1).planes
         _lead_on(embedding, [k & p for k, p in zip(kept, layer, strict=True)], nearer, kept)
-    return network.bundles(kept)
+    return NodeSet(tuple(kept))
 
 
 def _step_of_shortest_cycle(plan: SpanningPlan) -> list[int]:
@@ -120,24 +119,25 @@ def _step_of_shortest_cycle(plan: SpanningPlan) -> list[int]:
     network = plan.embedding.network
     next_nodes = network.image(plan.outward.layer(0))
     for distance in range(plan.homeward.n_layers):
-        planes = _planes(plan, intersection(next_nodes, plan.homeward.layer(distance)))
+        planes = (next_nodes & plan.homeward.layer(distance)).planes
         for index, plane in enumerate(planes):
             if plane:
                 return [plane & -plane if i == index else 0 for i in range(len(planes))]
     raise AssertionError("the node of a strongly connected component lies on a cycle")
 
 
-def _central_node_steps(embedding: Embedding) -> Generator[Progress, None, Nodes]:
+def _central_node_steps(embedding: Embedding) -> Generator[Progress, None, NodeSet]:
     """The node of highest segment variability at the place of highest variability: most ways meet there."""
     network = embedding.network
     ways = yield from variability_steps(embedding)
     x, y, heading = (int(i) for i in np.unravel_index(np.argmax(ways), ways.shape))
-    block, place = divmod(heading, network.bundled)
+    packing = network.packing
+    block, place = divmod(heading, packing.headings)
     values = variability_counts(embedding, Degrees(embedding), block)
-    here = [0] * network.bundled
+    here = [0] * packing.headings
     here[place] = 1 << int(embedding.unrolling.layout.bit(x, y))
-    here = network.bundles(here)[0]
-    members = [nodes & here for nodes in embedding.nodes[block :: network.n_blocks]]
+    block_here = packing.pack(here)[0]
+    members = [nodes & block_here for nodes in packing.pack(embedding.planes)[block :: packing.n_blocks]]
     best = best_at_each_place(values, members, 1)
     return network.node(next(s for s, plane in enumerate(best) if plane), heading, x, y)
 
@@ -146,11 +146,7 @@ def _n_kinds(embedding: Embedding, places: Places) -> int:
     return 1 if places is Places.CELLS else embedding.shape[2]
 
 
-def _planes(plan: SpanningPlan, nodes: Nodes) -> list[int]:
-    return [plane for bundle in nodes for plane in plan.embedding.network.planes(bundle)]
-
-
-def _by_kind(planes: list[int], n_kinds: int, embedding: Embedding) -> list[int]:
+def _by_kind(planes: Sequence[int], n_kinds: int, embedding: Embedding) -> list[int]:
     """The places at which planes have a node: one plane, or one for each heading."""
     shared = [0] * n_kinds
     for index, plane in enumerate(planes):
@@ -158,7 +154,7 @@ def _by_kind(planes: list[int], n_kinds: int, embedding: Embedding) -> list[int]
     return shared
 
 
-def _cover(needed: list[int], layer: list[int], due: list[int], embedding: Embedding) -> None:
+def _cover(needed: list[int], layer: Sequence[int], due: list[int], embedding: Embedding) -> None:
     """Add one node of a layer to ``needed`` at each place that is due."""
     left = list(due)
     for index, plane in enumerate(layer):
@@ -169,26 +165,25 @@ def _cover(needed: list[int], layer: list[int], due: list[int], embedding: Embed
             left[kind] ^= taken
 
 
-def _add(planes: list[int], more: list[int]) -> None:
+def _add(planes: list[int], more: Sequence[int]) -> None:
     for index, plane in enumerate(more):
         planes[index] |= plane
 
 
-def _sources(embedding: Embedding, targets: list[int], candidates: list[int]) -> list[int]:
+def _sources(embedding: Embedding, targets: list[int], candidates: Sequence[int]) -> list[int]:
     """Few of the ``candidates`` (planes), from which links lead to each of the ``targets``."""
     network, layout = embedding.network, embedding.unrolling.layout
-    n_headings, n_blocks = network.n_headings, network.n_blocks
+    n_headings = network.n_headings
     chosen = [0] * len(candidates)
     for index, plane in enumerate(targets):
         if not plane:
             continue
-        segment, turned = divmod(index, n_headings)
-        block, own_place = divmod(turned, network.bundled)
-        moves = [move for move in network.arriving[segment * n_blocks + block] if move[0] == own_place]
+        segment = index // n_headings
+        moves = [(heading, *move) for heading, moves in network.entering[index] for move in moves]
         unserved = plane
         # Those that are chosen for others already serve first.
         for pool in (chosen, candidates):
-            for _, heading, shift, valid in moves:
+            for heading, shift, valid in moves:
                 if not unserved:
                     break
                 there = layout.extend(unserved)
@@ -205,14 +200,14 @@ def _sources(embedding: Embedding, targets: list[int], candidates: list[int]) ->
     return chosen
 
 
-def _lead_on(embedding: Embedding, leaving: list[int], nearer: list[int], kept: list[int]) -> None:
+def _lead_on(embedding: Embedding, leaving: list[int], nearer: Sequence[int], kept: list[int]) -> None:
     """Add to ``kept`` few of the ``nearer`` nodes, so that a link leads from each of ``leaving`` to one of them."""
     network, layout = embedding.network, embedding.unrolling.layout
-    n_headings, n_blocks, bundled = network.n_headings, network.n_blocks, network.bundled
+    n_headings = network.n_headings
     for preferred in (True, False):
-        for index, moves in enumerate(network.moves):
-            segment, block = divmod(index, n_blocks)
-            for place, turned, shift, valid in moves:
+        for index, leaving_by in enumerate(network.leaving):
+            segment, heading = divmod(index, n_headings)
+            for turned, shift, valid in ((turned, *move) for turned, moves in leaving_by for move in moves):
                 arrival = segment * n_headings + turned
                 pool = nearer[arrival] & kept[arrival] if preferred else nearer[arrival]
                 if not pool:
@@ -221,7 +216,6 @@ def _lead_on(embedding: Embedding, leaving: list[int], nearer: list[int], kept: 
                 able = valid & (there >> shift if shift >= 0 else there << -shift)
                 if not able:
                     continue
-                heading = block * bundled + place
                 for parent in network.parents[segment]:
                     taken = able & leaving[parent * n_headings + heading]
                     if taken:

@@ -32,13 +32,12 @@ def ablation_of_all() -> Benchmark:
 
 def _ablation(kinds: list[Grouping]) -> Benchmark:
     embedding = embed(problems.graph(0.12), problems.room())
-    n_blocks = embedding.network.n_blocks
 
     def from_scratch():
         left = []
         for part in (part for kind in kinds for part in segment_groups(embedding.graph, kind)):
             gone = set(part.segments)
-            nodes = [0 if index // n_blocks in gone else bundle for index, bundle in enumerate(embedding.nodes)]
+            nodes = embedding.nodes.where(lambda index, gone=gone: index // embedding.shape[2] not in gone)
             left.append(embedding_size(restrict(embedding, nodes)))
         return left
 

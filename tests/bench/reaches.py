@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from core.embedding.embedding import Embedding, embed
-from core.embedding.network import Nodes
+from core.embedding.node_set import NodeSet
 from core.evaluation.detours import detours_steps
 from core.evaluation.goals import goal_in_cells
 from core.evaluation.link_utility import link_utility
@@ -19,7 +19,7 @@ from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 
 
-def _goal(embedding: Embedding) -> Nodes:
+def _goal(embedding: Embedding) -> NodeSet:
     """A square of five cells' side around a covered cell a third of the way across."""
     covered = np.argwhere(embedding.covered().any(axis=2))
     x, y = covered[len(covered) // 3]
@@ -28,7 +28,7 @@ def _goal(embedding: Embedding) -> Nodes:
     return goal_in_cells(embedding, mask)
 
 
-def _field(search: Callable[[Embedding, Nodes], Generator[Progress, None, ReachField]], prepared: bool) -> Benchmark:
+def _field(search: Callable[[Embedding, NodeSet], Generator[Progress, None, ReachField]], prepared: bool) -> Benchmark:
     """From an embedding to the times of all its nodes; the reference may have its links written out beforehand."""
     embedding = embed(problems.graph(0.1), problems.room())
     goal = _goal(embedding)

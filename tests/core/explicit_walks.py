@@ -3,11 +3,11 @@
 import numpy as np
 
 from core.embedding.embedding import Embedding
-from core.embedding.network import Nodes
+from core.embedding.node_set import NodeSet
 from core.playback.walk import Walk
 
 
-def some_nodes(embedding: Embedding, rows: np.ndarray) -> Nodes:
+def some_nodes(embedding: Embedding, rows: np.ndarray) -> NodeSet:
     """The set of (n, 4) nodes x, y, heading, segment."""
     _, ny, n_headings, _ = embedding.shape
     return embedding.network.nodes(

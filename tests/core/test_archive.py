@@ -92,9 +92,7 @@ def test_the_sample_character_comes_back_to_the_last_bit(tmp_path):
 def test_a_pruned_embedding_comes_back_pruned():
     embedding = sample_embedding()
     n_headings = embedding.shape[2]
-    kept = list(embedding.nodes)
-    kept[: 2 * embedding.network.n_blocks] = [0] * (2 * embedding.network.n_blocks)
-    pruned = restrict(embedding, kept)
+    pruned = restrict(embedding, embedding.nodes.where(lambda plane: plane >= 2 * n_headings))
     assert 0 < pruned.n_nodes < embedding.n_nodes and not any(pruned.planes[: 2 * n_headings])
     assert_same(embedding_from_bytes(embedding_to_bytes(pruned)), pruned)
 
@@ -264,12 +262,12 @@ def test_files_of_earlier_versions_open():
     """They do not say how large other components are; then that is found out anew."""
     embedding = small_archives()[0][1]
     content, arrays = parts_to_arrays(*embedding.parts)
-    assert content.pop("runner_up") == embedding.runner_up is not None
+    assert content.pop("second_bound") == embedding.second_bound is not None
     read = embedding_from_bytes(archive_to_bytes(EMBEDDING_FORMAT, content, arrays))
-    assert read.runner_up is None
-    assert_same(replace(read, runner_up=embedding.runner_up), embedding)
+    assert read.second_bound is None
+    assert_same(replace(read, second_bound=embedding.second_bound), embedding)
     again = embed(read.graph, read.environment, read.settings, previous=read)
-    assert again.planes == embedding.planes and again.runner_up == embedding.runner_up
+    assert again.planes == embedding.planes and again.second_bound == embedding.second_bound
 
 
 @settings(max_examples=200)

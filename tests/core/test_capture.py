@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed, restrict
 from core.embedding.footprint import FootprintRule, FootprintSettings, path_length
+from core.embedding.node_set import NodeSet
 from core.embedding.sweep import sweep_steps
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
@@ -99,7 +100,7 @@ def test_large_grounds_and_footprints_without_any_element():
     environment = Environment(grid, np.kron(coarse, np.ones((SUBDIVISION, SUBDIVISION))).astype(bool))
     graph = hall().graph
     embedding = embed(graph, environment)
-    assert embedding.network.n_blocks > 1 and embedding.n_nodes > 500
+    assert embedding.network.packing.n_blocks > 1 and embedding.n_nodes > 500
     tried = random_candidates(graph, 0.2, rng, 3)
     assert_trials_equal_embedding(embedding, tried)
     none = EmbeddingSettings(FootprintSettings(0.0, 0.0, 0.0, 0.0, FootprintRule.CONSERVATIVE))
@@ -244,7 +245,7 @@ def test_progress_rises():
 def test_pruned_embeddings_are_refused():
     embedding = hall()
     first = min(plane & -plane for plane in embedding.planes if plane)
-    pruned = restrict(embedding, embedding.network.bundles([plane & ~first for plane in embedding.planes]))
+    pruned = restrict(embedding, NodeSet(tuple(plane & ~first for plane in embedding.planes)))
     assert 0 < pruned.n_nodes < embedding.n_nodes
     with pytest.raises(EmbeddingError, match="pruned"):
         finish(direct_capture_steps(pruned, candidates(embedding)[:1]))

@@ -139,7 +139,7 @@ def disc(embedding, centre, radius):
     grid = embedding.environment.grid
     cells = np.stack(np.meshgrid(*map(np.arange, grid.shape[:2]), indexing="ij"), axis=-1)
     near = embedding.unrolling.layout.pack(np.linalg.norm(grid.positions(cells) - centre, axis=2) <= radius)
-    return embedding.network.bundles([plane & near for plane in embedding.planes])
+    return embedding.nodes.on(near)
 
 
 def test_a_way_across_a_real_room(room):
@@ -174,7 +174,7 @@ def test_the_rows_of_a_set_are_its_nodes():
 
 def test_impossible_walks_say_why(room):
     node = tuple(np.argwhere(room.node_mask())[0].tolist())
-    nowhere = room.network.nodes(np.empty((0, 2), dtype=int))
+    nowhere = room.network.empty
     with pytest.raises(WalkError, match="stands at the goal already"):
         finish(walk_through_steps(room, node, [room.nodes]))
     with pytest.raises(WalkError, match="stands at the goal;"):

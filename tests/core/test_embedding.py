@@ -10,15 +10,14 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from core.embedding.component import component_steps, largest_component_steps
+from core.embedding.component import largest_component_steps
 from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes, restrict
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
-from core.embedding.network import StepNetwork, count
-from core.embedding.plane_network import PlaneNetwork
-from core.embedding.precedent import precedent
+from core.embedding.network import StepNetwork
 from core.embedding.stencil import build_stencils
 from core.embedding.sweep import sweep_steps
 from core.embedding.unroll import unroll_steps
+from core.embedding.warm_start import warm_start
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError
@@ -68,8 +67,8 @@ def test_random_problems_are_not_all_trivial():
 
 
 @settings(max_examples=500)
-@given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 10**6]), st.sampled_from([0, 10**6]))
-def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, explicit_links, bundled_bytes):
+@given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 10**6]))
+def test_largest_component_whatever_is_written_out(seed, tiled, explicit_links):
     """All ways to search lead to the same component, that of the explicit links, also where there are many."""
     rng = np.random.default_rng(seed)
     graph, environment = random_problem(seed, tiled)
@@ -78,9 +77,9 @@ def test_largest_component_whatever_is_written_out_or_bundled(seed, tiled, expli
     stencils = build_stencils(graph.segments, environment.grid, FOOTPRINTS[0])
     sweep = finish(sweep_steps(graph.segments, stencils, environment.grid, environment.tags))
     unrolling = finish(unroll_steps(sweep, environment))
-    network = StepNetwork(unrolling, graph.links, len(graph.segments), bundled_bytes)
-    nodes = finish(largest_component_steps(network, explicit_links))
-    found = np.array([network.layout.unpack(plane) for bundle in nodes for plane in network.planes(bundle)])
+    network = StepNetwork(unrolling, graph.links, len(graph.segments))
+    nodes = finish(largest_component_steps(network, explicit_links)).nodes
+    found = np.array([network.layout.unpack(plane) for plane in nodes.planes])
     slow = explicit_embedding(graph, environment, EmbeddingSettings())
     nx, ny, n_headings, n_segments = slow.shape
     expected = slow.node_mask().transpose(3, 2, 0, 1).reshape(n_segments * n_headings, nx, ny)
@@ -105,7 +104,7 @@ def scattered_problem(seed, tiled, n_changes):
 
 def components_by_size(network):
     """Sizes of all strongly connected components that hold a cycle, descending, by SciPy on all links."""
-    indices, starts, ends = network.links_within(network.everything())
+    indices, starts, ends = network.links_within(network.everything)
     matrix = coo_array((np.ones(len(starts)), (starts, ends)), shape=(len(indices),) * 2)
     _, label = connected_components(matrix, directed=True, connection="strong")
     sizes = np.bincount(label)
@@ -116,38 +115,38 @@ def components_by_size(network):
 @settings(max_examples=250)
 @given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0, 5, 200, 10**6]))
 def test_what_was_known_before_leads_to_the_same_component(seed, tiled, explicit_links):
-    """Change after change, with a precedent and without, whatever is written out; and no other component is larger."""
+    """Change after change, with a warm start and without, whatever is written out; and no other component is larger."""
     graph, unrollings = scattered_problem(seed, tiled, 4)
     known = None
     for unrolling in unrollings:
-        network = PlaneNetwork(unrolling, graph.links, len(graph.segments))
-        alone = finish(component_steps(network, explicit_links))
+        network = StepNetwork(unrolling, graph.links, len(graph.segments))
+        alone = finish(largest_component_steps(network, explicit_links))
         sizes = [*components_by_size(network), 0, 0]
-        assert count(alone.nodes) == sizes[0] and alone.runner_up >= sizes[1]
+        assert len(alone.nodes) == sizes[0] and alone.second_bound >= sizes[1]
         if known is None:
             found = alone
         else:
             before, component = known
-            given_before = precedent(network, before.valid, unrolling.valid, component.nodes, component.runner_up)
-            found = finish(component_steps(network, explicit_links, precedent=given_before))
+            given_before = warm_start(network, before.valid, unrolling.valid, component.nodes, component.second_bound)
+            found = finish(largest_component_steps(network, explicit_links, start=given_before))
         assert found.nodes == alone.nodes
-        assert found.runner_up >= sizes[1]
+        assert found.second_bound >= sizes[1]
         known = unrolling, found
 
 
-def test_a_precedent_leaves_little_to_search():
+def test_a_warm_start_leaves_little_to_search():
     """Guards the test above: rests are searched in part only, in problems of its kind; and parts are all that is."""
     left = []
     for seed in range(200):
         graph, (before, after) = scattered_problem(seed, False, 2)
         n_segments = len(graph.segments)
-        old = finish(component_steps(PlaneNetwork(before, graph.links, n_segments)))
-        network = PlaneNetwork(after, graph.links, n_segments)
-        given_before = precedent(network, before.valid, after.valid, old.nodes, old.runner_up)
-        everything = network.everything()
+        old = finish(largest_component_steps(StepNetwork(before, graph.links, n_segments)))
+        network = StepNetwork(after, graph.links, n_segments)
+        given_before = warm_start(network, before.valid, after.valid, old.nodes, old.second_bound)
+        everything = network.everything
         candidates = finish(given_before.candidates_steps(network, everything))
         if before.valid != after.valid:
-            left.append(count(candidates) / count(everything))
+            left.append(len(candidates) / len(everything))
     assert np.count_nonzero(np.array(left) < 0.5) > 20
 
 
@@ -156,9 +155,9 @@ def test_ends_of_links_are_those_of_the_links_written_out(seed, tiled):
     """Of the links that play the added starts of stencils, by comparing all links before with all links after."""
     graph, (before, after) = scattered_problem(seed, tiled, 2)
     added = [now & ~then for then, now in zip(before.valid, after.valid, strict=True)]
-    network = PlaneNetwork(after, graph.links, len(graph.segments))
-    only_added = PlaneNetwork(replace(after, valid=tuple(added)), graph.links, len(graph.segments))
-    indices, starts, ends = only_added.links_within(only_added.everything())
+    network = StepNetwork(after, graph.links, len(graph.segments))
+    only_added = StepNetwork(replace(after, valid=tuple(added)), graph.links, len(graph.segments))
+    indices, starts, ends = only_added.links_within(only_added.everything)
     found_starts, found_ends = network.ends_of_links(added)
     assert found_starts == only_added.nodes(indices[np.unique(starts)])
     assert found_ends == only_added.nodes(indices[np.unique(ends)])
@@ -193,8 +192,8 @@ def test_restricting_keeps_the_largest_component_of_the_nodes_left(seed, tiled, 
 def test_restricting_to_all_nodes_changes_nothing():
     embedding = embed(*random_problem(4, True), EmbeddingSettings())
     assert embedding.n_nodes > 0
-    assert restrict(embedding, embedding.network.everything()).planes == embedding.planes
-    assert restrict(embedding, [0] * len(embedding.nodes)).n_nodes == 0
+    assert restrict(embedding, embedding.network.everything).planes == embedding.planes
+    assert restrict(embedding, embedding.network.empty).n_nodes == 0
 
 
 @given(st.integers(0, 10**6), st.booleans())

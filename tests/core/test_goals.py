@@ -23,9 +23,8 @@ SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 
 
 def rows_of(embedding, nodes):
-    planes = [plane for bundle in nodes for plane in embedding.network.planes(bundle)]
     found = set()
-    for index, plane in enumerate(planes):
+    for index, plane in enumerate(nodes.planes):
         segment, heading = divmod(index, embedding.shape[2])
         found |= {(x, y, heading, segment) for x, y in embedding.network.layout.cells(plane).tolist()}
     return found
@@ -124,11 +123,11 @@ def test_empty_goals_name_the_remedy():
         segments_of_clip(embedding.graph, "ballet")
     with pytest.raises(EvaluationError, match="the grid needs"):
         goal_in_cells(embedding, np.zeros((3, 3), dtype=bool))
-    nothing = restrict(embedding, [0] * len(embedding.nodes))
+    nothing = restrict(embedding, embedding.network.empty)
     for ask in (lambda: goal_at(nothing, (1.0, 1.0)), lambda: goal_to_begin(nothing, [0])):
         with pytest.raises(EvaluationError, match="The embedding is empty"):
             ask()
-    without = [0 if i < embedding.network.n_blocks else bundle for i, bundle in enumerate(embedding.nodes)]
+    without = embedding.nodes.where(lambda i: i >= embedding.shape[2])
     with pytest.raises(EvaluationError, match="No walk of the embedding plays a somersault"):
         goal_to_begin(restrict(embedding, without), [0], "a somersault")
 

@@ -309,7 +309,7 @@ def test_detours():
 
 def test_what_cannot_be_measured_is_said():
     embedding = room_embedding()
-    nothing = restrict(embedding, [0] * len(embedding.nodes))
+    nothing = restrict(embedding, embedding.network.empty)
     rng = np.random.default_rng(0)
     with pytest.raises(EvaluationError, match="empty"):
         finish(maneuverabilities_steps(nothing, Grouping.CLIP))

@@ -40,17 +40,15 @@ def random_embedding(seed, tiled):
     return embed(*random_problem(seed, tiled), SETTINGS)
 
 
-def unbundled(embedding):
+def unpacked(embedding):
     """The same embedding, worked on heading by heading as on large grounds."""
-    alone = replace(embedding)
     links, n_segments = embedding.graph.links, len(embedding.graph.segments)
-    alone.__dict__["network"] = StepNetwork(embedding.unrolling, links, n_segments, bundled_bytes=0)
-    return alone
+    return replace(embedding, known_network=StepNetwork(embedding.unrolling, links, n_segments, packed_bytes=0))
 
 
 def mask_of(embedding, nodes):
     """(nx, ny, n_headings, n_segments) bool array of a set of nodes."""
-    return replace(embedding, planes=tuple(p for b in nodes for p in embedding.network.planes(b))).node_mask()
+    return replace(embedding, planes=nodes.planes).node_mask()
 
 
 class Explicit:
@@ -105,9 +103,9 @@ def is_strongly_connected(embedding):
 
 @settings(max_examples=20)
 @given(st.integers(0, 10**6), st.booleans(), st.booleans())
-def test_local_pruning_equals_the_explicit_one(seed, tiled, bundled):
+def test_local_pruning_equals_the_explicit_one(seed, tiled, packed):
     embedding = random_embedding(seed, tiled)
-    embedding = embedding if bundled else unbundled(embedding)
+    embedding = embedding if packed else unpacked(embedding)
     slow = Explicit(embedding)
     mask = embedding.node_mask()
     ways = slow.ways(mask)
@@ -152,9 +150,9 @@ def test_random_problems_have_places_of_equal_variability():
 # Here the largest component of some k is not the one that grows out of that of the k before.
 @example(28, True, True)
 @example(107, False, True)
-def test_curve_equals_pruning_for_every_k(seed, tiled, bundled):
+def test_curve_equals_pruning_for_every_k(seed, tiled, packed):
     embedding = random_embedding(seed, tiled)
-    embedding = embedding if bundled else unbundled(embedding)
+    embedding = embedding if packed else unpacked(embedding)
     ranks = finish(ranks_steps(embedding))
     curve = finish(pruning_curve_steps(embedding))
     largest_place = int(embedding.node_mask().sum(axis=3).max())
@@ -246,9 +244,9 @@ def test_global_pruning_to_a_number_of_segments_that_there_is():
 
 @settings(max_examples=20)
 @given(st.integers(0, 10**6), st.booleans(), st.booleans(), st.sampled_from(Places))
-def test_skeletons_are_strongly_connected_and_cover_what_is_wanted(seed, tiled, bundled, places):
+def test_skeletons_are_strongly_connected_and_cover_what_is_wanted(seed, tiled, packed, places):
     embedding = random_embedding(seed, tiled)
-    embedding = embedding if bundled else unbundled(embedding)
+    embedding = embedding if packed else unpacked(embedding)
     assume(embedding.n_nodes)
     plan = finish(plan_spanning_steps(embedding, places))
     covered = covered_places(embedding, places)

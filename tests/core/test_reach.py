@@ -124,10 +124,10 @@ def test_delayed_goals_count_from_their_own_times(seed, tiled, n_delayed):
         return
     rng = np.random.default_rng(seed)
     chosen, delays = chosen_rows(seed, nodes, n_delayed), rng.integers(0, 400, min(n_delayed, len(nodes)))
-    nothing = [0] * len(embedding.nodes)
+    nothing = embedding.network.empty
     frames = finish(merged_frames_steps(embedding, nothing, None, (nodes[chosen], delays)))
     x, y, heading, segment = nodes.T
-    found = frames[np.array(embedding.network.merge_of)[segment], heading, x, y]
+    found = frames[np.array(embedding.network.exit_group_of)[segment], heading, x, y]
     links.data = np.round(links.data * embedding.graph.frame_rate)
     expected = np.full(len(nodes), np.inf)
     for goal, delay in zip(chosen, delays, strict=True):
@@ -158,7 +158,7 @@ def test_maps_and_sets_agree_with_single_nodes(seed, tiled, forwards, slowness):
     finite = frames[np.isfinite(frames)].astype(int)
     if not forwards:
         assert mean_time_to_reach(embedding, goal) == pytest.approx(finite.mean() / 30)
-        assert mean_time_to_reach(embedding, [0] * len(goal)) == np.inf
+        assert mean_time_to_reach(embedding, embedding.network.empty) == np.inf
     assert np.array_equal(field.histogram(), np.bincount(finite))
     cell = embedding.environment.grid.cell_size**2
     times = sorted({0.0, *(np.unique(finite) / 30).tolist()})
@@ -172,9 +172,8 @@ def test_maps_and_sets_agree_with_single_nodes(seed, tiled, forwards, slowness):
 
 
 def node_mask(embedding, nodes):
-    planes = [plane for bundle in nodes for plane in embedding.network.planes(bundle)]
     nx, ny, n_headings, n_segments = embedding.shape
-    cells = np.array([embedding.network.layout.unpack(plane) for plane in planes])
+    cells = np.array([embedding.network.layout.unpack(plane) for plane in nodes.planes])
     return cells.reshape(n_segments, n_headings, nx, ny).transpose(2, 3, 1, 0)
 
 
@@ -253,7 +252,7 @@ def test_what_cannot_be_answered_is_said():
     embedding = next(e for e in (small_embedding(seed, False) for seed in range(50)) if e.n_nodes > 20)
     goal = node_set(embedding, embedding.to_csr()[0][:1])
     with pytest.raises(EvaluationError, match="No walk of the embedding"):
-        finish(time_to_reach_steps(embedding, [0] * len(goal)))
+        finish(time_to_reach_steps(embedding, embedding.network.empty))
     absent = node_set(embedding, np.argwhere(~embedding.node_mask())[:1])
     with pytest.raises(EvaluationError, match="No walk of the embedding"):
         finish(time_from_steps(embedding, absent))
@@ -264,7 +263,7 @@ def test_what_cannot_be_answered_is_said():
     tight = replace(embedding, settings=replace(embedding.settings, memory_limit=100.0))
     with pytest.raises(EmbeddingError, match="use a larger Cell Size"):
         finish(time_to_reach_steps(tight, goal))
-    nothing = restrict(embedding, [0] * len(goal))
+    nothing = restrict(embedding, embedding.network.empty)
     with pytest.raises(EvaluationError, match="empty"):
         finish(time_to_reach_steps(nothing, goal))
 

@@ -33,12 +33,10 @@ from .reference import explicit_embedding, random_problem, slow_floor
 SETTINGS = EmbeddingSettings(FootprintSettings(0.05, 0.3, 0.2, 0.5))
 
 
-def unbundled(embedding):
+def unpacked(embedding):
     """The same embedding, worked on heading by heading as on large grounds."""
-    alone = replace(embedding)
     links, n_segments = embedding.graph.links, len(embedding.graph.segments)
-    alone.__dict__["network"] = StepNetwork(embedding.unrolling, links, n_segments, bundled_bytes=0)
-    return alone
+    return replace(embedding, known_network=StepNetwork(embedding.unrolling, links, n_segments, packed_bytes=0))
 
 
 def assert_equals(embedding, ways):
@@ -60,7 +58,7 @@ def test_equals_degrees_of_the_explicit_links(seed, tiled):
     embedding, slow = embed(graph, environment, SETTINGS), explicit_embedding(graph, environment, SETTINGS)
     ways = slow.in_degree().astype(np.int64) * slow.out_degree()
     assert_equals(embedding, ways)
-    assert_equals(unbundled(embedding), ways)
+    assert_equals(unpacked(embedding), ways)
     covered = ways.any(axis=(2, 3))
     free = slow_floor(graph, environment, covered)
     assert coverage_share(embedding) == pytest.approx(covered.sum() / max(free.sum(), 1))

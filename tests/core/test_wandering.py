@@ -44,10 +44,10 @@ def test_rings_are_the_distances_of_the_explicit_graph(seed, tiled):
     x, y, _, _ = random_node(embedding, np.random.default_rng(seed))
     goals = np.flatnonzero((nodes[:, :2] == [x, y]).all(axis=1))
     expected = shortest_path(links.T, unweighted=True, indices=goals).min(axis=0)
-    network, layout = embedding.network, embedding.unrolling.layout
+    layout = embedding.unrolling.layout
     found = np.full(len(nodes), -1)
     for distance, ring in enumerate(_rings(embedding, np.array([x, y]))):
-        planes = [layout.unpack(plane) for bundle in ring for plane in network.planes(bundle)]
+        planes = [layout.unpack(plane) for plane in ring.planes]
         inside = np.array(planes)[nodes[:, 3] * embedding.shape[2] + nodes[:, 2], nodes[:, 0], nodes[:, 1]]
         assert np.all(found[inside] == -1)
         found[inside] = distance

@@ -162,7 +162,7 @@ def test_a_closed_chamber_is_found_with_size_place_and_words():
 def unreached(grid, blocked):
     """An embedding without nodes."""
     embedding = embed(sample_graph(), Environment(grid, blocked))
-    return restrict(embedding, [0] * len(embedding.nodes))
+    return restrict(embedding, embedding.network.empty)
 
 
 def test_an_area_across_the_seam_of_a_tile_is_one():

@@ -10,9 +10,11 @@ from collections.abc import Generator, Iterable, Sequence
 
 import numpy as np
 
+from ...embedding.closure import reached_from_steps, reaching_steps
 from ...embedding.component import largest_component_steps
 from ...embedding.embedding import Embedding
-from ...embedding.network import Nodes, StepNetwork, count, difference, intersection
+from ...embedding.network import StepNetwork
+from ...embedding.node_set import NodeSet
 from ...embedding.stencil import Stencils, build_stencils
 from ...embedding.sweep import Sweep, sweep_steps
 from ...embedding.unroll import Unrolling, unroll_steps
@@ -30,7 +32,7 @@ class Trials:
         The embedding with planes that have room for the paths of all candidates.
     """
 
-    def __init__(self, embedding: Embedding, sweep: Sweep, reached: Nodes, leading: Nodes, apart: int):
+    def __init__(self, embedding: Embedding, sweep: Sweep, reached: NodeSet, leading: NodeSet, apart: int):
         self.embedding = embedding
         self._sweep = sweep
         self._reached = reached
@@ -48,53 +50,46 @@ class Trials:
         graph = augmented(old.graph, candidate)
         network = StepNetwork(unrolling, graph.links, n_segments + 1)
         nodes = yield from portion(self._component_steps(network), 0.1, 1.0)
-        planes = tuple(plane for bundle in nodes for plane in network.planes(bundle))
-        grown = Embedding(graph, old.environment, old.settings, unrolling, planes)
-        grown.__dict__.update(network=network, nodes=nodes)
-        return grown
+        return Embedding(graph, old.environment, old.settings, unrolling, nodes.planes, known_network=network)
 
-    def _component_steps(self, network: StepNetwork) -> Generator[Progress, None, Nodes]:
+    def _component_steps(self, network: StepNetwork) -> Generator[Progress, None, NodeSet]:
         """The largest component of a network with one segment more."""
-        if not any(self._reached):
-            return (yield from largest_component_steps(network))
-        none = [0] * network.n_blocks
-        everything = network.everything()
-        steps = network.reached_from_steps(self._reached + none, everything)
+        if not self._reached:
+            return (yield from largest_component_steps(network)).nodes
+        none = (0,) * network.n_headings
+        everything = network.everything
+        steps = reached_from_steps(network, NodeSet(self._reached.planes + none), everything)
         reached = yield from portion(steps, 0.0, 0.4)
-        seed = intersection(self._leading + none, reached)
-        component = yield from portion(network.reaching_steps(seed, reached), 0.4, 0.8)
+        seed = NodeSet(self._leading.planes + none) & reached
+        component = yield from portion(reaching_steps(network, seed, reached), 0.4, 0.8)
         # A component apart from this one holds nodes of the new segment, or the old embedding would be smaller. It lies
         # wholly in what is reached, or wholly outside.
-        downstream = difference(reached, component)
+        downstream = reached - component
         new = self._arrivals_of_last(network)
-        size = count(component)
-        elsewhere = difference(everything, reached)
+        size = len(component)
+        elsewhere = everything - reached
         larger = False
-        if count(downstream) >= size:
+        if len(downstream) >= size:
             larger = yield from portion(_may_hold(network, new, downstream, size), 0.8, 0.85)
-        if not larger and self._apart + count(new) >= size:
+        if not larger and self._apart + len(new) >= size:
             larger = yield from portion(_may_hold(network, new, elsewhere, size), 0.85, 0.9)
         if larger:
-            return (yield from portion(largest_component_steps(network), 0.9, 1.0))
+            return (yield from portion(largest_component_steps(network), 0.9, 1.0)).nodes
         return component
 
     @staticmethod
-    def _arrivals_of_last(network: StepNetwork) -> Nodes:
+    def _arrivals_of_last(network: StepNetwork) -> NodeSet:
         """Every node of the last segment that has any link to it, wherever that comes from."""
-        last, n_blocks = network.n_segments - 1, network.n_blocks
-        arrived = [0] * (network.n_segments * n_blocks)
-        for block, starts in enumerate(network.everything()[:n_blocks]):
-            for there, ends in enumerate(network.arrivals(last, block, starts), last * n_blocks):
-                arrived[there] |= ends
-        return arrived
+        arrived = network.arrivals(network.n_segments - 1, [network.layout.ground] * network.n_headings)
+        return NodeSet((0,) * ((network.n_segments - 1) * network.n_headings) + tuple(arrived))
 
 
-def _may_hold(network: StepNetwork, new: Nodes, within: Nodes, size: int) -> Generator[Progress, None, bool]:
+def _may_hold(network: StepNetwork, new: NodeSet, within: NodeSet, size: int) -> Generator[Progress, None, bool]:
     """Whether a strongly connected set of at least ``size`` with a node of ``new`` might lie in ``within``."""
-    new = intersection(new, within)
-    reached = yield from portion(network.reached_from_steps(new, within), 0.0, 0.5)
-    around = yield from portion(network.reaching_steps(new, reached), 0.5, 1.0)
-    return count(around) >= size
+    new = new & within
+    reached = yield from portion(reached_from_steps(network, new, within), 0.0, 0.5)
+    around = yield from portion(reaching_steps(network, new, reached), 0.5, 1.0)
+    return len(around) >= size
 
 
 def trials_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Generator[Progress, None, Trials]:
@@ -114,17 +109,16 @@ def trials_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Gener
     network = StepNetwork(unrolling, graph.links, len(graph.segments))
     before, after = embedding.unrolling.layout, unrolling.layout
     planes = tuple(after.pack(before.unpack(plane)) if plane else 0 for plane in embedding.planes)
-    wider = Embedding(graph, environment, embedding.settings, unrolling, planes)
-    wider.__dict__.update(network=network)
-    everything = network.everything()
-    reached = yield from portion(network.reached_from_steps(wider.nodes, everything), 0.6, 0.8)
-    leading = yield from portion(network.reaching_steps(wider.nodes, everything), 0.8, 1.0)
-    if count(intersection(reached, leading)) != wider.n_nodes:
+    wider = Embedding(graph, environment, embedding.settings, unrolling, planes, known_network=network)
+    everything = network.everything
+    reached = yield from portion(reached_from_steps(network, wider.nodes, everything), 0.6, 0.8)
+    leading = yield from portion(reaching_steps(network, wider.nodes, everything), 0.8, 1.0)
+    if len(reached & leading) != wider.n_nodes:
         raise EmbeddingError(
             "This embedding was pruned; embed the motion graph again before asking which motion is missing."
         )
     alive = network.image(everything)
-    apart = count(alive) - count(intersection(alive, reached))
+    apart = len(alive - reached)
     return Trials(wider, sweep, reached, leading, apart)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import wording
 from ...embedding.embedding import Embedding
-from ...embedding.network import Nodes
+from ...embedding.node_set import NodeSet
 from ...errors import EvaluationError
 from ...evaluation.goals import facing, goal_after, goal_at, goal_in_region, goal_with_tag
 from ...evaluation.query import Query
@@ -96,7 +96,7 @@ def _chart(found: Table) -> Drawing:
 # -------------------------------------------------------------------------------------------------- quantities
 
 
-def _goal(embedding: Embedding, options: Options) -> Nodes:
+def _goal(embedding: Embedding, options: Options) -> NodeSet:
     if "region" in options:
         goal = goal_in_region(embedding, options["region"])
     elif "tag" in options:
