@@ -1,5 +1,7 @@
 """Benchmarks of what an embedding is asked."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.embedding.embedding import Embedding, embed
@@ -13,7 +15,7 @@ from tests.bench.benchmark import Benchmark
 
 def _fresh(embedding: Embedding) -> Embedding:
     """The same embedding without what it remembers of earlier questions."""
-    return Embedding(**{name: getattr(embedding, name) for name in Embedding.__dataclass_fields__})
+    return replace(embedding, known_network=None)
 
 
 def variability_map() -> Benchmark:

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from core.embedding.embedding import EmbeddingSettings, embed, restrict
 from core.embedding.footprint import FootprintSettings
+from core.embedding.node_set import NodeSet
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError, EvaluationError
@@ -211,4 +212,4 @@ def test_progress_rises_and_a_wrong_share_is_refused():
 def test_a_goal_of_another_network_is_refused():
     embedding = embed(*random_problem(3, False))
     with pytest.raises(EvaluationError, match="the door cannot be compared"):
-        embedding_size(embedding, mean_time_to([0] * (len(embedding.nodes) + 1), "the door"))
+        embedding_size(embedding, mean_time_to(NodeSet((0,) * (len(embedding.planes) + 1)), "the door"))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
+from core.embedding.node_set import NodeSet
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.regions import RegionMask, RegionRule
@@ -55,7 +56,7 @@ def assembled(folder, whole):
     for index, parcel in enumerate(plan.parcels):
         own = np.s_[plan.halo_x : plan.halo_x + parcel.nx, plan.halo_y : plan.halo_y + parcel.ny]
         there = np.s_[parcel.x0 : parcel.x0 + parcel.nx, parcel.y0 : parcel.y0 + parcel.ny]
-        for i, plane in enumerate(problem.read(NODES, index)):
+        for i, plane in enumerate(problem.read(NODES, index).planes):
             mask[i][there] = layout.unpack(plane)[own]
     return mask.reshape(n_segments, n_headings, nx, ny).transpose(2, 3, 1, 0)
 
@@ -188,8 +189,8 @@ def test_damaged_and_missing_files_are_named(tmp_path):
 def test_sets_are_read_back(planes):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a" / "0.set"
-        write_set(path, planes, 5)
-        assert read_set(path) == planes
+        write_set(path, NodeSet(tuple(planes)), 5)
+        assert read_set(path) == NodeSet(tuple(planes))
         assert [p.name for p in path.parent.iterdir()] == ["0.set"]
 
 
