@@ -197,7 +197,7 @@ def test_the_mean_time_to_a_place_rises_when_motions_go():
         -found.before.objective if loss.left.objective == 0 else np.inf for loss in found.losses
     ]
     assert "mean time to reach the door, rise (s)" in found.table()[0]
-    nowhere = finish(ablate_steps(embedding, [Grouping.SEGMENT], mean_time_to([0] * len(at_door), "nothing")))
+    nowhere = finish(ablate_steps(embedding, [Grouping.SEGMENT], mean_time_to(embedding.network.empty, "nothing")))
     assert [loss.objective for loss in nowhere.losses] == [0.0, 0.0]
 
 
