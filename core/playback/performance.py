@@ -98,10 +98,10 @@ def perform_steps(
     for number, action in enumerate(actions := _actions(embedding.graph, segments, tag)):
         yield Progress(0.1 * number / len(actions), "Looking for room")
         playable.append(_playable(embedding, action, near))
-    goal = [0] * len(embedding.nodes)
+    goal = embedding.network.empty
     for found in playable:
-        goal = [a | b for a, b in zip(goal, found.beginnings, strict=True)]
-    if not any(goal):
+        goal = goal | found.beginnings
+    if not goal:
         raise WalkError(
             f"The action cannot be played within {wording.exact(radius)} m of "
             f"{wording.place(position[0], position[1])}: it does not fit there, or no walk leads to it and away from "
@@ -201,7 +201,7 @@ def _playable(embedding: Embedding, action: _Action, near: "_Nearness") -> _Play
         plane & allowed[index % n_headings] if index // n_headings in parents else 0
         for index, plane in enumerate(embedding.planes)
     ]
-    return _Playable(action, network.bundles(standing), tuple(able))
+    return _Playable(action, NodeSet(tuple(standing)), tuple(able))
 
 
 class _Nearness:
