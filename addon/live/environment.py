@@ -97,7 +97,8 @@ def _tick() -> float | None:
     started = time.perf_counter()
     for window in windows_in_sight():
         scene = window.scene
-        seen, state = SESSION.of(scene, _Look), _state(scene)
+        seen = SESSION.of(scene, _Look)
+        state = seen.n_changes, environment_settings_fingerprint(scene)
         if seen.work is None and seen.state == state:
             continue
         if seen.work is None:
@@ -113,18 +114,6 @@ def _tick() -> float | None:
         # Where one step takes long, it must not take more than a fifth of the time.
         return 4 * (time.perf_counter() - started)
     return None
-
-
-def _state(scene) -> tuple:
-    """Return what differs if something may have changed; scripts that set it here do not make Blender say so."""
-    settings = scene.wayfarer.environment
-    return (
-        SESSION.of(scene, _Look).n_changes,
-        environment_settings_fingerprint(scene),
-        *(settings.ground_source, *settings.ground_low, *settings.ground_high, settings.ground_height),
-        *(block and block.session_uid for block in (settings.ground, settings.obstacles)),
-        *(region.object and region.object.session_uid for region in settings.regions),
-    )
 
 
 def _on_change(scene, *_) -> None:

@@ -61,12 +61,11 @@ class LiveEvaluation:
     changed_at : float
         The moment of the last change that the floor shows, by ``time.perf_counter``; 0 before the first round.
     written, drawn : float
-        Seconds by the clock from that change to the colours on the floor, and to the picture that shows them. The
-        latter is for whoever sees Blender draw to fill in.
+        Seconds by the clock from that change to the colours on the floor, and to the picture that shows them.
     error : str
         What is wrong with the scene, if it cannot be evaluated as it is.
-    last_change, behind_since : float
-        The moments of the last change, and of the first that the floor does not show.
+    last_change : float
+        The moment of the last change.
     wants_map : bool
         True if the map is to be painted once although live evaluation is switched off.
     """
@@ -75,10 +74,10 @@ class LiveEvaluation:
         self.seconds: dict[str, float] = {}
         self.changed_at = self.written = self.drawn = 0.0
         self.error = ""
-        self.last_change = self.behind_since = self._began_at = time.perf_counter()
+        self.last_change = self._began_at = time.perf_counter()
         self.wants_map = False
         self._uncounted: Embedding | None = None
-        self._stale, self._repaint = True, False
+        self._stale, self._repaint, self._undrawn = True, False, False
         self._work: Slices[tuple[_Round, Embedding, PaintedMap]] | None = None
         self._spent: dict[str, float] = {}
         self._settings = ""
@@ -111,21 +110,13 @@ class LiveEvaluation:
         """True if nothing is left to do."""
         return self.painted and self._uncounted is None
 
-    @property
-    def waiting(self) -> bool:
-        """True if there was a change that the work does not know of."""
-        return self._stale
-
     def change(self, restart: bool = True) -> None:
         """Note that something has changed.
 
         A round that has begun is given up and starts again, unless ``restart`` is False: then it comes to its end
         first, so that the map follows while changes never cease.
         """
-        now = time.perf_counter()
-        if self.painted:
-            self.behind_since = now
-        self._stale, self.last_change = True, now
+        self._stale, self.last_change = True, time.perf_counter()
         if restart:
             self.stop()
 
@@ -133,6 +124,11 @@ class LiveEvaluation:
         """Note that undo or redo has exchanged Blender's data: the floor may show anything."""
         self._repaint = True
         self.change()
+
+    def note_picture(self) -> None:
+        """Note that Blender has drawn, the first time after the floor was painted."""
+        if self._undrawn:
+            self._undrawn, self.drawn = False, time.perf_counter() - self.changed_at
 
     def notice_settings(self, scene) -> bool:
         """Return True if settings differ from those seen last, of whose changes Blender does not notify anybody."""
@@ -249,7 +245,7 @@ class LiveEvaluation:
             # Later: the map does not depend on it.
             self._uncounted = embedding
         paint_floor(scene, embedding, painted, task.map_key, task.offset)
-        self._repaint = False
+        self._repaint, self._undrawn = False, True
         self._spent["paint"] = time.thread_time() - started
         self._latencies.append(sum(self._spent.values()))
         self.written, self.changed_at = time.perf_counter() - self._began_at, self._began_at

@@ -1,15 +1,12 @@
 """Live evaluation: the map follows the scene while ``scene.wayfarer.live`` is on.
 
 Blender notifies us of every change of objects, after it has evaluated them and before it draws. While a hand drags, and
-the work takes no longer than drawing twice, it is done there and then: what was moved and the map that follows are in
-one picture. Otherwise a timer works in slices, between which the window stays alive. Where a round of work takes too
+the work takes hardly longer than drawing, it is done there and then: what was moved and the map that follows are in one
+picture. Otherwise a timer works in slices, between which the window stays alive. Where a round of work takes too
 long to keep up with a hand that moves an obstacle, it waits until the hand lets go.
 """
 
 import time
-from collections import deque
-from dataclasses import dataclass, field
-from statistics import median
 from typing import Literal
 
 import bpy
@@ -26,15 +23,12 @@ from .evaluation import LiveEvaluation
 FOLLOWS = 0.3
 """Seconds of work up to which the map follows every change; beyond, it waits for changes to end."""
 
-_PATIENT_PICTURES = 2
-"""What is moved waits for the map while so many pictures could be drawn; in two pictures, both come later."""
+_BEFORE_DRAWING = 0.06
+"""Seconds of work for which what is dragged waits, so that it comes into one picture with the map of it."""
 
 _SLICE = 0.03
 _TICK = 0.0
 """Seconds of work, and of rest between two slices of it: Blender handles events and draws all the same."""
-
-_LONGEST_SLICE = 0.1
-"""Seconds of work where redrawing takes long: as much as that, so that the map does not wait for the picture."""
 
 _LOOK = 0.05
 """Seconds between two looks at the settings, of whose changes Blender does not notify us."""
@@ -42,54 +36,8 @@ _LOOK = 0.05
 _QUIET = 0.2
 """Seconds without a change after which the artist has let go, whatever the tool."""
 
-_PATIENCE = 0.3
-"""Seconds for which the floor may lag behind: after that, a change no longer sends work back to its start."""
-
 _JOBS = ("RENDER", "OBJECT_BAKE")
 """Jobs of Blender in whose time nothing is painted but by the timer."""
-
-_PICTURES = 5
-"""Pictures whose drawing is remembered."""
-
-
-@dataclass
-class Pictures:
-    """How long Blender takes to draw.
-
-    Attributes
-    ----------
-    seconds : deque of float
-        From the end of a piece of work to the end of the drawing that came after it, of the last pictures.
-    left : float
-        The moment when the last piece of work ended.
-    expected : LiveEvaluation or None
-        Whose work comes next into a picture.
-    shows_map : bool
-        True if that work has painted.
-    """
-
-    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_PICTURES))
-    left: float = 0.0
-    expected: LiveEvaluation | None = None
-    shows_map: bool = False
-
-    def expect(self, live: LiveEvaluation, shows_map: bool) -> None:
-        """Note that Blender draws next."""
-        self.left, self.expected, self.shows_map = time.perf_counter(), live, shows_map
-
-    def note(self) -> None:
-        """Note that the picture is there that was expected."""
-        now = time.perf_counter()
-        if self.expected is not None:
-            self.seconds.append(now - self.left)
-            if self.shows_map:
-                self.expected.drawn = now - self.expected.changed_at
-        self.expected = None
-
-
-def pictures() -> Pictures:
-    """Return what is known of drawing."""
-    return SESSION.of(None, Pictures)
 
 
 def evaluation(scene) -> LiveEvaluation:
@@ -118,14 +66,6 @@ def status(scene) -> tuple[str, Literal["NONE", "INFO", "ERROR", "TIME"]]:
 # ----------------------------------------------------------------------------------------------- changes
 
 
-def _changed(scene) -> None:
-    live = evaluation(scene)
-    lags = not live.painted and time.perf_counter() - live.behind_since > _PATIENCE
-    # While someone drags, changes never cease: the map follows all the same, one round after the other.
-    follows = live.latency <= FOLLOWS and (lags or _is_dragging())
-    live.change(restart=not follows)
-
-
 def _on_change(scene, depsgraph, moved: bool) -> None:
     if not scene.wayfarer.live or not moved:
         return
@@ -136,29 +76,25 @@ def _on_change(scene, depsgraph, moved: bool) -> None:
     _start_at_once()
 
 
+def _changed(scene) -> None:
+    live = evaluation(scene)
+    # While someone drags, changes never cease: the map follows all the same, one round after the other.
+    live.change(restart=live.takes > FOLLOWS)
+
+
 def follow(scene, depsgraph) -> bool:
     """Let the map follow a change that Blender has just evaluated and is about to draw, if that can be done in time.
 
     Return True if the floor was painted. Blender evaluates the floor once more before it draws.
     """
-    live = evaluation(scene)
-    seen, before = live.changed_at, _said(live)
-    if may_work_before_drawing(scene, depsgraph.view_layer):
-        live.step(scene, depsgraph, FOLLOWS)
-        if _said(live) != before:
-            redraw("UI")
-    painted = live.changed_at != seen
-    if painted:
-        redraw("WINDOW")
-    pictures().expect(live, painted)
-    return painted
+    return may_work_before_drawing(scene, depsgraph.view_layer) and _work(scene, depsgraph, FOLLOWS)
 
 
 def may_work_before_drawing(scene, view_layer) -> bool:
-    """Return True if there is time for the map to follow before Blender draws, because it takes no longer than to draw
-    twice, and if nobody else is at work on what it reads and writes.
+    """Return True if there is time for the map to follow before Blender draws, and if nobody else is at work on what it
+    reads and writes.
     """
-    if evaluation(scene).takes > min(FOLLOWS, max(_SLICE, _PATIENT_PICTURES * drawing_takes())):
+    if evaluation(scene).takes > _BEFORE_DRAWING:
         return False
     if has_pending(scene) or results(scene).embedding is None:
         return False
@@ -178,12 +114,6 @@ def _earlier_floor(scene) -> bpy.types.Object | None:
     """Return the floor if it was painted before: the first painting is a step of undo."""
     floor = find_floor(scene)
     return floor if floor is not None and MARK in floor else None
-
-
-def drawing_takes() -> float:
-    """Return the seconds that Blender takes to draw, in the median of the last pictures; 0 before the first."""
-    known = pictures().seconds
-    return median(known) if known else 0.0
 
 
 def _on_exchange() -> None:
@@ -246,9 +176,8 @@ def _tick() -> float | None:
     scene = bpy.context.scene
     if scene is None:
         return None
-    elsewhere = time.perf_counter() - pictures().left
-    pictures().note()
     map_only, live = not scene.wayfarer.live, evaluation(scene)
+    live.note_picture()
     # In this order: results that were saved are read when they are asked for first.
     if (map_only and not live.wants_map) or results(scene).embedding is None:
         live.stop()
@@ -268,22 +197,22 @@ def _tick() -> float | None:
     if _is_dragging() and _earlier_floor(scene) is None:
         # The step of undo would keep what is on its way.
         return _LOOK
-    _work(scene, live, min(max(_SLICE, elsewhere if live.working else 0.0), _LONGEST_SLICE), map_only)
+    _work(scene, bpy.context.evaluated_depsgraph_get(), _SLICE, map_only)
     return _TICK
 
 
-def _work(scene, live: LiveEvaluation, budget: float, map_only: bool) -> None:
-    """Work for one slice."""
+def _work(scene, depsgraph, budget: float, map_only: bool = False) -> bool:
+    """Work for some seconds; return True if the floor was painted."""
+    live = evaluation(scene)
     had_floor, before, seen = results(scene).painted is not None, _said(live), live.changed_at
-    live.step(scene, bpy.context.evaluated_depsgraph_get(), budget, map_only)
+    live.step(scene, depsgraph, budget, map_only)
     if not had_floor and results(scene).painted is not None:
         show_colors(bpy.context.screen, scene)
     if live.done or _said(live) != before:
         redraw("UI")
-    pictures().left = time.perf_counter()
     if live.changed_at != seen:
         redraw("WINDOW")
-        pictures().expect(live, shows_map=True)
+    return live.changed_at != seen
 
 
 _LISTENER = Listener(

@@ -3,7 +3,7 @@
 import bpy
 
 from ..bridge.text import counted
-from ..results.clip_choice import deletable_actions
+from ..results.clips import deletable_actions
 from ..results.findings import DELETION, find_finding
 
 

@@ -1,4 +1,4 @@
-"""What is likely to disappoint, in sentences without their full stops: shown in the panels, told by the command line.
+"""Advice on what is likely to disappoint, in sentences without their full stops, for panels and the command line.
 
 Nothing here stops anybody: what cannot be done at all is an error of the core.
 """

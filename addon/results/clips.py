@@ -1,8 +1,10 @@
-"""What was found out about single actions, until they or the settings change."""
+"""Findings about single actions, until they or the settings change, and the actions that a finding is about."""
 
 from ...core.motion.doctor import ClipHealth, ClipMotion
+from ...core.motion.mirror import MIRRORED
 from ...core.report.contact_chart import ContactShares
 from ..scene.inputs import contacts_fingerprint, doctor_settings_fingerprint
+from .findings import DELETION, find_finding, table_of
 from .staleness import present_action
 from .store import results
 
@@ -44,3 +46,20 @@ def health_of(scene, action) -> ClipHealth | None:
 def contacts_of(scene, action) -> ContactShares | None:
     """Return for how long the feet are planted in an action; None as for :func:`health_of`."""
     return results(scene).contacts.get((present_action(scene, action), contacts_fingerprint(scene)))
+
+
+def deletable_actions(scene) -> tuple[set[str], list[str]]:
+    """Return the names of actions that can be deleted, and of those whose mirror image, or the original, must stay.
+
+    Where clips are mirrored, an action is both: it can go only if both can.
+    """
+    found, graph = find_finding(scene, DELETION), results(scene).graph
+    clips = {row[1] for row in table_of(found).rows} if found is not None else set()
+    played = {graph.clips[segment.clip].name for segment in graph.segments} if graph is not None else set()
+    names, kept = set(), []
+    for name in sorted({str(clip).removesuffix(MIRRORED) for clip in clips}):
+        if ({name, name + MIRRORED} & played) <= clips:
+            names.add(name)
+        else:
+            kept.append(name)
+    return names, kept

@@ -45,7 +45,7 @@ def _use(scene, embedding: Embedding, whole: Embedding, size: EmbeddingSize) -> 
     found.embedding = embedding
     share = coverage_share(embedding, whole)
     found.summary = replace(found.summary, nodes=size.nodes, links=size.links, coverage=share)
-    # Blender tells of no change: the painted map follows when it is told to.
+    # No change of Blender's data: the painted map follows when it is notified.
     map_changed(scene.wayfarer.map, None)
 
 

@@ -122,7 +122,7 @@ class SceneResults:
 
     @property
     def pruning(self) -> Pruning | None:
-        """How the embedding was pruned; None if it was not."""
+        """The pruning that the embedding has undergone; None if there was none."""
         return next((pruning for pruning in self.prunings if pruning.pruned is self.embedding), None)
 
     @property

@@ -1,4 +1,4 @@
-"""What a scene gives to the core: clips, shapes and settings as arrays and values, and their fingerprints."""
+"""Inputs of the core from a scene: clips, shapes and settings as arrays and values, and their fingerprints."""
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
@@ -101,13 +101,13 @@ def prepared_clips_steps(
 
 
 def graph_settings(scene) -> MotionGraphSettings:
-    """How the scene wants its motion graph built; ClipError if the settings contradict the character."""
+    """Return how the scene wants its motion graph built; ClipError if the settings contradict the character."""
     settings = scene.wayfarer
     return settings.graph.to_core(settings.contacts.to_core(settings.character))
 
 
 def doctor_settings(scene) -> DoctorSettings:
-    """What counts as a defect in the scene; ClipError if its feet are none of the character's."""
+    """Return what counts as a defect in the scene; ClipError if its feet are none of the character's."""
     settings = scene.wayfarer
     return DoctorSettings(
         min_segment_duration=settings.graph.min_segment_duration, feet=settings.contacts.feet(settings.character)
@@ -139,7 +139,7 @@ _NARROW = 0.001
 
 @dataclass(frozen=True)
 class SceneShapes:
-    """What stands in a scene.
+    """The shapes in a scene.
 
     Attributes
     ----------
@@ -199,8 +199,8 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
 
 
 def obstacle_objects(scene) -> Iterator:
-    """What may stand in the way: the objects of the obstacles' collection, hidden ones too, without the ground, the
-    regions, what Wayfarer draws, and all that goes along with the character, a copy of it or a walk.
+    """Yield what may stand in the way: the objects of the obstacles' collection, hidden ones too, without the ground,
+    the regions, what Wayfarer draws, and all that goes along with the character, a copy of it or a walk.
 
     What is a child of the ground, of the painted floor or of a region stands there like everything else.
     """
@@ -216,7 +216,7 @@ def obstacle_objects(scene) -> Iterator:
 
 
 def _goes_along(obj, carriers: set, character) -> bool:
-    """Whether an object hangs below a carrier or a copy of the character, at whatever depth, or is deformed by it."""
+    """Return True if an object hangs below a carrier or a copy of the character, however deep, or is deformed by it."""
     while obj is not None:
         if obj in carriers or is_copy(obj) or (character is not None and is_deformed_by(obj, character)):
             return True
@@ -268,7 +268,7 @@ def make_environment(scene, shapes: SceneShapes) -> Environment:
 def make_environment_steps(
     scene, shapes: SceneShapes, memory: ShapeMemory | None = None
 ) -> Generator[Progress, None, Environment]:
-    """The same in steps, for which nothing of Blender's is needed any more.
+    """Make the environment in steps, for which nothing of Blender's is needed any more.
 
     With a ``memory``, obstacles that stand where they stood when it was made last are not looked at again.
     """
@@ -291,7 +291,7 @@ def scene_regions(scene, shapes: SceneShapes) -> list[Region]:
 
 
 def environment_settings_fingerprint(scene) -> str:
-    """Of everything but the shapes that an embedding depends on; what things are called makes no difference."""
+    """Return that of everything but the shapes that an embedding depends on, whatever things are called."""
     settings = scene.wayfarer
     environment = settings.environment
     regions = [

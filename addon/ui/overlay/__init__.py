@@ -1,4 +1,4 @@
-"""What is drawn over the 3D viewport: the legend of the map, and the environment.
+"""Drawing over the 3D viewport: the legend of the map, and the environment.
 
 Draw handlers run at every redraw: they compute nothing, hold no reference to Blender's data, and never raise.
 """

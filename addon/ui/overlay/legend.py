@@ -53,7 +53,7 @@ def legend_box(legend: MapLegend, scale: float, stale: bool = False) -> Box:
 
 
 def is_outdated(scene) -> bool:
-    """Whether the painted floor shows something else than it should, or nobody knows what it shows."""
+    """Return True if the painted floor shows something else than it should, or nobody knows what it shows."""
     # Results that were saved are not read for this: they are as soon as fingerprints have been taken.
     return not has_pending(scene) and (find_painted(scene) is None or map_is_stale(scene))
 
