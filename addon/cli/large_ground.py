@@ -13,10 +13,11 @@ from ...core.errors import StudyError
 from ...core.expanse.set_file import write_whole
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_archive import graph_to_bytes
+from ...core.progress import finish
 from ...core.study.geometry import SceneGeometry, grid_of, scene_to_bytes
 from ...core.study.lock import only_one
 from ...core.study.plan import read_plan
-from ...core.study.run import run_study
+from ...core.study.run import run_study_steps
 from .scene import CommandError
 from .study import run_program, scene_geometry
 
@@ -65,7 +66,7 @@ def evaluate_in_parcels(scene, graph: MotionGraph, parcel_size: float, folder: P
         if code:
             return code
         # The program has finished the only case, so that it is only read.
-        outcome = run_study(read_plan(folder / _STUDY), folder).outcomes[0]
+        outcome = finish(run_study_steps(read_plan(folder / _STUDY), folder)).outcomes[0]
     if outcome.result is None:
         raise StudyError(outcome.problem)
     found = outcome.result.numbers

@@ -1,4 +1,4 @@
-"""What was found out as files: JSON with everything, tables as CSV, charts as SVG, the painted map as SVG and PNG."""
+"""Findings as files: JSON with everything, tables as CSV, charts as SVG, the painted map as SVG and PNG."""
 
 import json
 from collections.abc import Sequence

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import wording
 from ..maps.scales import SERIES, ColorScale
-from .drawing import FAINT, INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark, Picture
+from .drawing import FAINT, INK, QUIET, Anchor, Color, Drawing, Label, Line, Mark, Picture, Rectangle
 from .ticks import ticks
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 20, 44, 50
@@ -78,16 +78,16 @@ def line_chart(
         color = SERIES[i % len(SERIES)]
         marks.append(Line(np.column_stack([across(curve.x), up(curve.y)]), color, 2.0))
         for cx, cy in zip(across(curve.x), up(curve.y), strict=True):
-            marks.append(Box(cx - 2, cy - 2, 4, 4, color))
+            marks.append(Rectangle(cx - 2, cy - 2, 4, 4, color))
         if legend:
             legend_x, legend_y = legend[i]
-            marks.append(Box(legend_x, legend_y - 2, 12, 4, color))
+            marks.append(Rectangle(legend_x, legend_y - 2, 12, 4, color))
             marks.append(Label(legend_x + 18, legend_y + 4, curve.name, 12))
     return Drawing(width, height, tuple(marks))
 
 
 def _legend_places(names: Sequence[str], right: float) -> list[tuple[float, float]]:
-    """Where the entries of a legend begin: in as many lines as it takes."""
+    """Place the entries of a legend, in as many lines as it takes."""
     places, x, y = [], float(_LEFT), float(_TOP)
     for name in names:
         wide = 36 + 7 * len(name)
@@ -99,7 +99,7 @@ def _legend_places(names: Sequence[str], right: float) -> list[tuple[float, floa
 
 
 def bar_chart(title: str, unit: str, names: Sequence[str], values: Sequence[float], width: int = 520) -> Drawing:
-    """A horizontal bar for each name, in the order given; values must not be negative."""
+    """Draw a horizontal bar for each name, in the order given; ValueError if a value is negative."""
     if not names or not np.isfinite(values).all() or min(values) < 0:
         raise ValueError(f"'{title}' has no bars to draw, or negative ones")
     left = min(24 + 7 * max(len(name) for name in names), width // 2)
@@ -110,7 +110,7 @@ def bar_chart(title: str, unit: str, names: Sequence[str], values: Sequence[floa
         y = _TOP + i * step
         shown = name if len(name) <= left // 7 else name[: left // 7 - 1] + "…"
         marks.append(Label(left - 8, y + 12, shown, 12, INK, Anchor.END))
-        marks.append(Box(left, y, max((right - left) * value / highest, 0.0), step - 6, SERIES[0]))
+        marks.append(Rectangle(left, y, max((right - left) * value / highest, 0.0), step - 6, SERIES[0]))
         marks.append(Label(left + (right - left) * value / highest + 6, y + 12, wording.short(value), 11, QUIET))
     return Drawing(width, _TOP + len(names) * step + 12, tuple(marks))
 
@@ -160,7 +160,7 @@ def map_chart(
     traces: Sequence[Trace] = (),
     width: int = 520,
 ) -> Drawing:
-    """A floor seen from above, +Y upwards, with a scale of metres and a legend.
+    """Draw a floor seen from above, +Y upwards, with a scale of metres and a legend.
 
     Parameters
     ----------
@@ -190,7 +190,9 @@ def map_chart(
                 )
             )
         first = (trace.points[0] + 0.5) % (nx, ny)
-        marks.append(Box(left + first[0] * scale - 4, _TOP - 10 + shown_height - first[1] * scale, 8, 8, trace.color))
+        marks.append(
+            Rectangle(left + first[0] * scale - 4, _TOP - 10 + shown_height - first[1] * scale, 8, 8, trace.color)
+        )
     y = _TOP + shown_height + 12
     metres = float(ticks(0.0, max(nx * cell_size / 5, cell_size), 2)[1])
     marks.append(Line(np.array([[left, y], [left + metres / cell_size * scale, y]]), INK, 3.0))
@@ -201,7 +203,7 @@ def map_chart(
         if x > left and x + wide > width - 16:
             x, y = left, y + _LINE
         if isinstance(entry, Swatch):
-            marks.append(Box(x, y, 12, 12, entry.color))
+            marks.append(Rectangle(x, y, 12, 12, entry.color))
             marks.append(Label(x + 18, y + 11, entry.text, 11))
         else:
             marks.append(Label(x, y + 11, entry.lowest, 11))
@@ -215,7 +217,7 @@ def map_chart(
 
 
 def _stretches(points: np.ndarray, nx: int, ny: int) -> list[np.ndarray]:
-    """A line in the pieces that lie on one copy of a tiled floor each, all moved onto the floor itself."""
+    """Cut a line into the pieces that lie on one copy of a tiled floor each, and move all onto the floor itself."""
     tile = np.floor((np.asarray(points) + 0.5) / (nx, ny)).astype(int)
     ends = np.flatnonzero(np.any(np.diff(tile, axis=0) != 0, axis=1)) + 1
     return [piece - of[0] * (nx, ny) for piece, of in zip(np.split(points, ends), np.split(tile, ends), strict=True)]

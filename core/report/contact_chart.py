@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .drawing import FAINT, QUIET, Anchor, Box, Drawing, Label, Line, Mark
+from .drawing import FAINT, QUIET, Anchor, Drawing, Label, Line, Mark, Rectangle
 
 # sRGB; a blue and an orange that everybody can tell apart.
 LEFT, RIGHT = (0.34, 0.71, 0.91), (0.90, 0.62, 0.00)
@@ -66,9 +66,9 @@ def contact_chart(clips: Sequence[ClipContacts]) -> Drawing:
         marks.append(Label(_NAMES_WIDTH - 8, top + _ROW + 4, name, 12, anchor=Anchor.END))
         for foot, color in enumerate((LEFT, RIGHT)):
             y = top + foot * (_ROW + 1)
-            marks.append(Box(_NAMES_WIDTH, y, len(clip.planted) * width, _ROW, FAINT))
+            marks.append(Rectangle(_NAMES_WIDTH, y, len(clip.planted) * width, _ROW, FAINT))
             # Where planted frames begin and end.
             edges = np.flatnonzero(np.diff(clip.planted[:, foot].astype(int), prepend=0, append=0))
             for begin, end in edges.reshape(-1, 2).tolist():
-                marks.append(Box(_NAMES_WIDTH + begin * width, y, (end - begin) * width, _ROW, color))
+                marks.append(Rectangle(_NAMES_WIDTH + begin * width, y, (end - begin) * width, _ROW, color))
     return Drawing(_WIDTH, bottom + _MARGIN, tuple(marks))

@@ -21,7 +21,7 @@ PAPER: Color = (1.0, 1.0, 1.0)
 
 
 class Anchor(Enum):
-    """Which end of a text lies at its place."""
+    """End of a text that lies at its place."""
 
     START = "start"
     MIDDLE = "middle"
@@ -44,7 +44,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Box:
+class Rectangle:
     """A filled rectangle; ``x`` and ``y`` are its top left corner."""
 
     x: float
@@ -85,7 +85,7 @@ class Picture:
     pixels: np.ndarray
 
 
-Mark = Line | Box | Label | Picture
+Mark = Line | Rectangle | Label | Picture
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,11 @@ class Drawing:
 
 
 def svg(drawing: Drawing) -> str:
-    """The drawing as an SVG element that needs nothing from elsewhere."""
+    """Write the drawing as an SVG element that needs nothing from elsewhere.
+
+    >>> "<rect" in svg(Drawing(40, 20, (Rectangle(0, 0, 10, 10, PAPER),)))
+    True
+    """
     body = "".join(_element(mark) for mark in drawing.marks)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {drawing.width} {drawing.height}" '
@@ -114,7 +118,7 @@ def _element(mark: Mark) -> str:
             f'<polyline points="{points}" fill="none" stroke="{_hex(mark.color)}" stroke-width="{mark.width:g}" '
             'stroke-linejoin="round"/>'
         )
-    if isinstance(mark, Box):
+    if isinstance(mark, Rectangle):
         return (
             f'<rect x="{mark.x:.1f}" y="{mark.y:.1f}" width="{mark.width:.1f}" height="{mark.height:.1f}" '
             f'fill="{_hex(mark.color)}"/>'

@@ -123,7 +123,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found out about an embedding on one topic.
+    """Answer of an embedding to the question of one topic.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ _HATCH = 7
 
 @dataclass(frozen=True)
 class FloorScene:
-    """What all maps of a scene share.
+    """Everything that all maps of a scene share.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ def amount_chart(
     least: str = "few",
     width: int = 480,
 ) -> Drawing:
-    """How much of something (nx, ny) there is in each cell; 0 is none.
+    """Draw amounts (nx, ny) of something in each cell; 0 is none.
 
     Colours grow with the square root, up to ``lightest`` (by default the 99th percentile), so that few can be told
     from none. Give several maps that are to be compared the same ``lightest``. ``least`` stands at
@@ -131,7 +131,7 @@ def floor_chart(
     walks: Sequence[FloorWalk] = (),
     width: int = 480,
 ) -> Drawing:
-    """A map in any colours.
+    """Draw a map in any colours.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def floor_pixels(scene: FloorScene, colors: np.ndarray, present: np.ndarray) -> 
 
 
 def picture_of(chart: Drawing) -> np.ndarray:
-    """The pixels of a map alone, (rows, columns, 3) uint8, each as large as three by three: for a PNG file."""
+    """Return the pixels of a map alone, (rows, columns, 3) uint8, each three by three: for a PNG file."""
     pixels = max((m.pixels for m in chart.marks if isinstance(m, Picture)), key=lambda found: found.size)
     return np.ascontiguousarray(pixels.repeat(3, axis=0).repeat(3, axis=1))
 

@@ -60,7 +60,7 @@ class Section:
 
 
 def html_page(title: str, lead: str, sections: Sequence[Section]) -> str:
-    """The whole page as text."""
+    """Return the whole page as text."""
     body = "".join(
         f"<h2>{escape(section.title)}</h2>{''.join(_block(block) for block in section.blocks)}" for section in sections
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 
 def png_bytes(pixels: np.ndarray) -> bytes:
-    """An image as the bytes of a PNG file.
+    """Encode an image as the bytes of a PNG file.
 
     Parameters
     ----------

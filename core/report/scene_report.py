@@ -20,7 +20,7 @@ from .topics import REACH, SECTIONS
 
 @dataclass(frozen=True)
 class SceneReport:
-    """What was found out about a scene.
+    """Sections of a report with their numbers, tables and drawings.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class SceneReport:
     contributions: dict[Topic, Contribution]
 
     def html(self) -> str:
-        """The page: one file, pictures inside, nothing from the network."""
+        """Write the page: one file, pictures inside, nothing from the network."""
         return html_page(self.title, self.lead, [part.section for part in self.contributions.values()])
 
     def numbers(self) -> dict:
@@ -51,7 +51,7 @@ def examine_scene_steps(
     title: str = "Scene",
     topics: Collection[Topic] = SECTIONS,
 ) -> Generator[Progress, None, SceneReport]:
-    """Find out all that a report is to say; yields progress, returns a :class:`SceneReport`.
+    """Find out all that a report says; yields progress, returns a :class:`SceneReport`.
 
     Where a question has no answer - an embedding that is empty, nothing that travels - its section says why. Times are
     left out if there is no goal.

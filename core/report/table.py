@@ -43,7 +43,7 @@ class Table:
         return np.array([row[column] for row in self.rows], dtype=float).tolist()
 
     def csv(self) -> str:
-        """Comma-separated values, the names of the columns first."""
+        """Write comma-separated values, the names of the columns first."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
@@ -51,11 +51,11 @@ class Table:
         return text.getvalue()
 
     def records(self) -> list[dict[str, Cell]]:
-        """One mapping of column to value for each row, for JSON."""
+        """Return a mapping of column to value for each row, for JSON."""
         return [dict(zip(self.columns, (plain(cell) for cell in row), strict=True)) for row in self.rows]
 
     def html(self) -> str:
-        """A table element as people read it; numbers are aligned to the right.
+        """Write a table element for people; numbers are aligned to the right.
 
         A last column "unit" says how the numbers of each row are meant; elsewhere the name of the column does:
         its unit in brackets, or "share" for shares from 0 to 1.
@@ -80,13 +80,13 @@ def _raised(unit: re.Match[str]) -> str:
 
 
 def _unit_of(column: str) -> str:
-    """What numbers of a column are: "share", or the unit in its name."""
+    """Return "share", or the unit in the name of a column."""
     unit = re.search(r"\(([^()]*)\)$", column)
     return unit[1] if unit else "share" if re.search(r"\bshare\b", column) else ""
 
 
 def plain(value):
-    """A value as JSON knows it: NumPy's numbers become Python's, and numbers that are not finite become None."""
+    """Convert a value for JSON: NumPy's numbers become Python's, and numbers that are not finite become None."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):
@@ -106,7 +106,7 @@ def _html_cell(cell: Cell, unit: str) -> str:
 
 
 def _words(number: int | float, unit: str) -> str:
-    """A number as people read it; a unit that begins with a space is said, others stand in the head of the column."""
+    """Write a number for people, with its unit if that begins with a space; others stand in the head of the column."""
     said, unit = unit.startswith(" "), unit.strip()
     if unit == "share" and 0 <= number <= 1:
         return wording.share(number)
@@ -125,5 +125,12 @@ EMPTY = Table((), ())
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> Table:
-    """A :class:`Table` of any sequences."""
+    """Build a :class:`Table` of any sequences.
+
+    >>> print(table(("clip", "area (m2)"), [("walk", 2.5), ("jump", None)]).csv())
+    clip,area (m2)
+    walk,2.5
+    jump,
+    <BLANKLINE>
+    """
     return Table(tuple(columns), tuple(tuple(row) for row in rows))

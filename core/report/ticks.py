@@ -8,7 +8,11 @@ _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 
 def ticks(low: float, high: float, n: int = 5) -> np.ndarray:
-    """About ``n`` round, evenly spaced numbers; the first at or below ``low``, the last at or above ``high``."""
+    """Return about ``n`` round, evenly spaced numbers, from ``low`` or lower to ``high`` or higher.
+
+    >>> ticks(0.0, 7.0).tolist()
+    [0.0, 2.0, 4.0, 6.0, 8.0]
+    """
     if not high > low:
         low, high = (low - 0.5, low + 0.5) if low else (0.0, 1.0)
     rough = (high - low) / max(n - 1, 1)

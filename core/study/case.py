@@ -21,7 +21,7 @@ from .subject import Subject, WholeGround
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What a case came to.
+    """Result of a case.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class CaseResult:
 
 
 def result_from_json(found: Mapping[str, Any]) -> CaseResult:
-    """The result of :meth:`CaseResult.to_json`; ValueError or another exception if it is damaged."""
+    """Read the result of :meth:`CaseResult.to_json`; ValueError or another exception if it is damaged."""
     numbers = {str(name): value for name, value in found["numbers"].items()}
     if not all(value is None or isinstance(value, int | float) for value in numbers.values()):
         raise ValueError
@@ -58,12 +58,12 @@ def result_from_json(found: Mapping[str, Any]) -> CaseResult:
 
 
 def embedding_settings(geometry: SceneGeometry, values: Mapping[str, Value]) -> EmbeddingSettings:
-    """How a motion graph is unrolled in a scene with the values of a case."""
+    """Return the settings of an embedding with the values of a case."""
     return EmbeddingSettings(footprint_settings(geometry.footprint, values))
 
 
 def embed_case(geometry: SceneGeometry, graph: MotionGraph, values: Mapping[str, Value]) -> Embedding:
-    """The embedding of a case, before it is pruned; k makes no difference.
+    """Embed a case without pruning it; k makes no difference.
 
     Raises SceneError or EmbeddingError if there is none.
     """
@@ -71,7 +71,7 @@ def embed_case(geometry: SceneGeometry, graph: MotionGraph, values: Mapping[str,
 
 
 def pruned(embedding: Embedding, values: Mapping[str, Value]) -> Embedding:
-    """The embedding with the k best nodes at each place, if the case says so."""
+    """Prune to the k best nodes at each place, if the case says so."""
     k = int(values.get("k", 0))
     return finish(prune_local_steps(embedding, k)) if k > 0 else embedding
 
@@ -79,7 +79,7 @@ def pruned(embedding: Embedding, values: Mapping[str, Value]) -> Embedding:
 def measure_subject(
     subject: Subject, measures: Sequence[Measure]
 ) -> tuple[dict[str, int | float | None], tuple[str, ...]]:
-    """Numbers by the names of the measures, and remarks on those that have none."""
+    """Return numbers by the names of the measures, and remarks on those that have none."""
     numbers: dict[str, int | float | None] = {}
     remarks = []
     for measure in measures:
@@ -99,13 +99,3 @@ def case_result(embedding: Embedding, values: Mapping[str, Value], measures: Seq
     start = time.perf_counter()
     subject = WholeGround(pruned(embedding, values))
     return CaseResult(*measure_subject(subject, measures), small_map(subject), time.perf_counter() - start)
-
-
-def run_case(
-    geometry: SceneGeometry, graph: MotionGraph, values: Mapping[str, Value], measures: Sequence[Measure]
-) -> CaseResult:
-    """Embed, prune and measure: a pure function, in this process.
-
-    Raises SceneError or EmbeddingError if there is nothing to measure.
-    """
-    return case_result(embed_case(geometry, graph, values), values, measures)

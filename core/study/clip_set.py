@@ -38,7 +38,7 @@ class ClipSet:
 
 
 def clip_set_to_bytes(clip_set: ClipSet) -> bytes:
-    """The clips as an .npz in memory; the same clips always make the same bytes."""
+    """Write the clips to an .npz in memory; the same clips always make the same bytes."""
     # Clips in an archive are a motion graph that has not been cut yet.
     bare = MotionGraph(clip_set.clips, 0.0, (), np.empty((0, 2), dtype=int), np.empty(0))
     clips, arrays = graph_to_arrays(bare)
@@ -55,12 +55,12 @@ def save_clip_set(clip_set: ClipSet, path: str | os.PathLike) -> None:
 
 
 def load_clip_set(path: str | os.PathLike) -> ClipSet:
-    """The clips of :func:`save_clip_set`; StudyError names the file if it cannot be read."""
+    """Read the clips of :func:`save_clip_set`; StudyError names the file if it cannot be read."""
     return archive_from_bytes(CLIP_SET_FORMAT, load_archive(path, CLIP_SET_FORMAT), os.fspath(path), _clip_set)
 
 
 def holds_motion_graph(path: str | os.PathLike) -> bool:
-    """Whether a file says that it is a motion graph; it may still be damaged."""
+    """Test for the header of a motion graph; the file may still be damaged."""
     try:
         with zipfile.ZipFile(Path(path)) as archive, archive.open("header.npy") as header:
             raw = np.lib.format.read_array(header, allow_pickle=False).tobytes()

@@ -20,7 +20,7 @@ SCENE_FORMAT = ArchiveFormat("scene", 1, StudyError)
 
 @dataclass(frozen=True)
 class SceneGeometry:
-    """What stands in a scene, and what its settings were when it was read.
+    """Obstacles and regions of a scene, and its settings when it was read.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class SceneGeometry:
 
 
 def grid_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Grid:
-    """The grid that settings lay over a scene; what they do not name is as the scene has it.
+    """Lay a grid over a scene; settings that are not named are those of the scene.
 
     Raises SceneError if none fits.
     """
@@ -59,7 +59,7 @@ def grid_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Grid:
 
 
 def environment_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Environment:
-    """The environment that settings make of a scene; what they do not name is as the scene has it.
+    """Build the environment of a scene; settings that are not named are those of the scene.
 
     Raises SceneError if they make none.
     """
@@ -70,7 +70,7 @@ def environment_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Envi
 
 
 def scene_to_bytes(geometry: SceneGeometry) -> bytes:
-    """The geometry as an .npz in memory; the same geometry always makes the same bytes."""
+    """Write the geometry to an .npz in memory; the same geometry always makes the same bytes."""
     content = {
         "low": [float(x) for x in geometry.low],
         "high": [float(x) for x in geometry.high],
@@ -98,7 +98,7 @@ def save_scene(geometry: SceneGeometry, path: str | os.PathLike) -> None:
 
 
 def load_scene(path: str | os.PathLike) -> SceneGeometry:
-    """The geometry of :func:`save_scene`; StudyError names the file if it cannot be read."""
+    """Read the geometry of :func:`save_scene`; StudyError names the file if it cannot be read."""
     return archive_from_bytes(SCENE_FORMAT, load_archive(path, SCENE_FORMAT), os.fspath(path), _scene)
 
 

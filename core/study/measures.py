@@ -51,7 +51,7 @@ def measured(measure: Measure, subject: Subject) -> float:
 
 
 def checked_measure(entry: object) -> Measure:
-    """A measure of a study file: a name, or a table with ``measure``, perhaps ``name``, and options.
+    """Read a measure of a study file: a name, or a table with ``measure``, perhaps ``name``, and options.
 
     Raises StudyError if there is no such measure or option, or if options would be ignored.
     """

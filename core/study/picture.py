@@ -33,7 +33,7 @@ class SmallMap:
 
 
 def small_map(subject: Subject) -> SmallMap:
-    """The floor map of a subject."""
+    """Draw the floor map of a subject, coarser if it is large."""
     ways, free = subject.ways, subject.free
     step = -(-max(ways.shape) // LONGEST_SIDE)
     pad = [(0, -n % step) for n in ways.shape]
@@ -53,7 +53,7 @@ def small_map(subject: Subject) -> SmallMap:
 
 
 def map_to_json(picture: SmallMap) -> dict:
-    """The map as JSON can tell it."""
+    """Convert a map for JSON."""
     packed = zlib.compress(np.ascontiguousarray(picture.levels, dtype="<f4").tobytes())
     return {
         "shape": list(picture.levels.shape),
@@ -63,7 +63,7 @@ def map_to_json(picture: SmallMap) -> dict:
 
 
 def map_from_json(found: dict) -> SmallMap:
-    """The map of :func:`map_to_json`; ValueError or another exception if it is damaged."""
+    """Read the map of :func:`map_to_json`; ValueError or another exception if it is damaged."""
     raw = zlib.decompress(base64.b64decode(found["levels"]))
     levels = np.frombuffer(raw, dtype="<f4").reshape(found["shape"])
     return SmallMap(levels, float(found["cell_size"]))

@@ -1,7 +1,6 @@
 """The file that describes a study, in TOML::
 
     title = "Three levels"
-    table = "csv"                                # the only kind there is, and not needed
     measures = ["coverage", "links", "path_efficiency",
                 {measure = "time_to_reach", name = "to the door", position = [3.0, 1.5]}]
 
@@ -48,7 +47,7 @@ _DEFAULT_MEASURES = ("coverage", "nodes", "links", "variability")
 
 @dataclass(frozen=True)
 class Source:
-    """Where a scene or a clip set comes from.
+    """Source of a scene or a clip set.
 
     Attributes
     ----------
@@ -74,7 +73,7 @@ class Source:
 
     @property
     def is_blend(self) -> bool:
-        """Whether Blender has to read it."""
+        """True if Blender has to read it."""
         return self.file.suffix.lower() == ".blend"
 
 
@@ -87,7 +86,7 @@ class Case:
     values: Mapping[str, Value]
 
     def label(self, varied: Mapping[str, object]) -> str:
-        """For people: what tells this case from the others, by the settings that vary."""
+        """Return a label for people, with the settings that vary."""
         parts = [f"{name} {shown(name, self.values[name])}" for name in varied if name in self.values]
         return ", ".join([self.scene, self.clips, *parts])
 
@@ -108,7 +107,7 @@ class StudyPlan:
         return {name: values for name, values in self.settings.items() if len(values) > 1}
 
     def cases(self, ready_graphs: frozenset[str] = frozenset()) -> Iterator[Case]:
-        """All combinations; k varies fastest, so that neighbours share their embedding.
+        """Yield all combinations; k varies fastest, so that neighbours share their embedding.
 
         For clip sets that are motion graphs already (``ready_graphs``) settings of the graph make no difference: they
         are left out.
@@ -128,14 +127,14 @@ class StudyPlan:
 
 
 def shown(name: str, value: Value) -> str:
-    """A value for people."""
+    """Write a value for people."""
     if name == "k" and value == 0:
         return "all"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def read_plan(path: Path) -> StudyPlan:
-    """The study that a file describes; StudyError, naming the file and the entry, if it cannot be understood."""
+    """Read the file of a study; StudyError, naming the file and the entry, if it cannot be understood."""
     try:
         table = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
@@ -149,17 +148,10 @@ def read_plan(path: Path) -> StudyPlan:
 
 
 def plan_of(table: Mapping[str, Any], folder: Path, title: str) -> StudyPlan:
-    """The study that a table describes, its files sought from ``folder``; StudyError as for :func:`read_plan`."""
-    unknown = set(table) - {"title", "scenes", "clips", "settings", "measures", "table"}
-    if table.get("table", "csv") != "csv":
-        raise StudyError(
-            f"The table of results is written as 'csv' and cannot be {table['table']!r}; for Parquet, convert it: "
-            "pandas.read_csv('results.csv').to_parquet('results.parquet')."
-        )
+    """Read the table of a study, its files sought from ``folder``; StudyError as for :func:`read_plan`."""
+    unknown = set(table) - {"title", "scenes", "clips", "settings", "measures"}
     if unknown:
-        raise StudyError(
-            f"There is no entry '{min(unknown)}'; there are title, scenes, clips, settings, measures and table."
-        )
+        raise StudyError(f"There is no entry '{min(unknown)}'; there are title, scenes, clips, settings and measures.")
     scenes = _sources(table, "scenes", folder, {"file", "scene", "parcel_size"})
     clips = _sources(table, "clips", folder, {"file", "scene", "character", "actions"})
     settings = {name: _values(name, given) for name, given in _table(table, "settings").items()}

@@ -9,7 +9,7 @@ from .. import wording
 from ..maps.colors import RULED
 from ..maps.scales import CIVIDIS, SERIES
 from ..report.chart import Series, bar_chart, line_chart, map_chart
-from ..report.drawing import Anchor, Box, Drawing, Label, Mark, Picture
+from ..report.drawing import Anchor, Drawing, Label, Mark, Picture, Rectangle
 from ..report.page import Block, Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from .maps import BLOCKED, NOT_REACHED, shaded
 from .measures import QUANTITIES, Measure
@@ -24,7 +24,7 @@ _MAP_WIDTH, _CHART_WIDTH = 210, 520
 
 
 def study_page(outcome: StudyOutcome) -> str:
-    """The page as HTML that needs nothing from elsewhere."""
+    """Write the page as HTML that needs nothing from elsewhere."""
     done = [entry for entry in outcome.outcomes if entry.result is not None]
     sections = []
     if outcome.n_failed:
@@ -79,7 +79,7 @@ def _charts(outcome: StudyOutcome, done: Sequence[CaseOutcome]) -> list[Block]:
 
 
 def _axis(outcome: StudyOutcome) -> str | None:
-    """The setting that charts are drawn over: the one with most values of those that are numbers; None if none varies.
+    """Return the setting of most values that are numbers, which charts are drawn over; None if none varies.
 
     k stays aside: "all" is no number.
     """
@@ -99,7 +99,7 @@ def _lines(
     known: Sequence[tuple[CaseOutcome, float]],
     span: tuple[float, float],
 ) -> Drawing | None:
-    """A measure over a setting in one scene, on the scale of all scenes: a curve for each combination of all else."""
+    """Draw a measure over a setting in one scene, on the scale of all scenes: a curve for each set of the others."""
     curves: dict[str, list[tuple[float, float]]] = {}
     others = [name for name in outcome.plan.varied if name != axis]
     for entry, number in known:
@@ -172,7 +172,7 @@ def _map(picture: SmallMap, highest: float) -> Drawing:
 
 
 def _legend(highest: float) -> Drawing:
-    """The colours of the maps, with round powers of ten."""
+    """Draw the colours of the maps, with round powers of ten."""
     left, width = 24, 240
     ramp = np.round(255 * CIVIDIS.colors(np.linspace(0, 1, 64))).astype(np.uint8)[None]
     marks: list[Mark] = [Picture(left, 12, width, 14, ramp)]
@@ -185,6 +185,6 @@ def _legend(highest: float) -> Drawing:
         (BLOCKED, "Blocked", 100),
         (RULED, "Only crossed, under a rule", 200),
     ):
-        marks += [Box(x, 12, 14, 14, color), Label(x + 20, 23, text, 12)]
+        marks += [Rectangle(x, 12, 14, 14, color), Label(x + 20, 23, text, 12)]
         x += wide
     return Drawing(x, 52, tuple(marks))

@@ -7,7 +7,7 @@ from .run import StudyOutcome
 
 
 def results_table(outcome: StudyOutcome) -> Table:
-    """A row for each case: scene, clips, every setting that the study names, every measure, seconds, what went wrong.
+    """Build a row for each case: scene, clips, settings that the study names, measures, seconds, what went wrong.
 
     Settings that make no difference to a case are empty.
     """
@@ -33,7 +33,7 @@ def _value(case: Case, name: str):
 
 
 def failures(outcome: StudyOutcome) -> list[str]:
-    """A sentence for each reason why cases failed, with the cases."""
+    """Return a sentence for each reason why cases failed, with the cases."""
     labels: dict[str, list[str]] = {}
     for entry in outcome.outcomes:
         if entry.result is None:
@@ -42,6 +42,6 @@ def failures(outcome: StudyOutcome) -> list[str]:
 
 
 def _some(cases: list[str]) -> str:
-    """The first of some cases, and how many more there are."""
+    """Name the first of some cases, and the number of others."""
     rest = len(cases) - 1
     return cases[0] + (f" and {counted(rest, 'more case')}" if rest else "")

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..errors import MotionGraphError, StorageError, StudyError
 from ..expanse.embedding import embed_expanse_steps
 from ..expanse.work import Serial
-from ..progress import Progress, finish
+from ..progress import Progress
 from ..wording import counted
 from . import tasks
 from .case import CaseResult, result_from_json
@@ -94,11 +94,6 @@ class _Job:
     arguments: tuple
     finish: Callable[[str], list["_Job"]]
     failed_before: bool = False
-
-
-def run_study(plan: StudyPlan, folder: Path, executor: Executor | None = None) -> StudyOutcome:
-    """Run the cases of a study that the folder does not know yet; see :func:`run_study_steps`."""
-    return finish(run_study_steps(plan, folder, executor))
 
 
 def run_study_steps(
@@ -210,14 +205,14 @@ class _Study:
         return self.folder / "large" / _digest([self.key[id(case)], core_version()])
 
     def _maps(self, case: Case) -> str:
-        """The folder of a ground's maps, from that of the study: its label for people, its key to tell it from all
+        """Name the folder of a ground's maps, from that of the study: its label for people, its key to tell it from all
         others - also from the same case as it was with other settings that do not vary."""
         return f"maps/{case.label(self.plan.varied)[:_LABEL]} {self.key[id(case)][:12]}"
 
     # ------------------------------------------------------------------------------------------------- jobs
 
     def _graph_jobs(self, case: Case, cases: list[Case]) -> list[_Job]:
-        """What has to be done for the cases that share a graph: first the graph itself, if it is not there."""
+        """Return the jobs of the cases that share a graph: first the graph itself, if it is not there."""
         file = self._graph_file(case)
         if file.exists():
             return [self._case_job(case) for case in cases]
@@ -290,7 +285,7 @@ class _Study:
             raise StudyError(_GONE.format(_reason(error))) from None
 
     def _large_steps(self, case: Case) -> Generator[Progress, None, None]:
-        """A ground in parcels: all workers are on it together."""
+        """Measure a ground in parcels, with all workers together."""
         if id(case) not in self.is_open:
             return
         folder, start = self._large_folder(case), time.perf_counter()
@@ -336,7 +331,7 @@ class _Study:
 
 
 def _problem(future: Future) -> tuple[str, bool]:
-    """What is wrong with a task, and whether that is a fault that another try may not have.
+    """Return what is wrong with a task, and True if another try may go better.
 
     Raises StorageError and StudyError for what stops everything.
     """
@@ -357,12 +352,12 @@ def _reason(error: BaseException) -> str:
 
 
 def _fault(error: BaseException) -> str:
-    """A fault in a sentence: what it is, and what it says of itself."""
+    """Put a fault into a sentence."""
     return f"It failed: {type(error).__name__} ({_reason(error)})."
 
 
 def _known(path: Path, any_version: bool = False) -> CaseResult | None:
-    """What a case came to, if its file is there and whole, and was written by this version of Wayfarer."""
+    """Read the result of a case; None unless its file is whole and was written by this version of Wayfarer."""
     try:
         found = json.loads(path.read_bytes())
         ours = found["format"] == tasks.CASE_FORMAT and (any_version or found["version"] == core_version())

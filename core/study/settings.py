@@ -13,7 +13,7 @@ Value = bool | int | float | str
 
 
 class Stage(Enum):
-    """What a setting has a say in; whatever comes before it is not computed again for another value."""
+    """First result that a setting changes; what comes before it is not computed again for another value."""
 
     GRAPH = "motion graph"
     ENVIRONMENT = "environment"
@@ -62,7 +62,11 @@ SETTINGS: dict[str, Setting] = {
 
 
 def checked(name: str, value: object) -> Value:
-    """A value for a setting; StudyError if there is no such setting, or it cannot have that value."""
+    """Read a value for a setting; StudyError if there is no such setting, or it cannot have that value.
+
+    >>> checked("radius", 1), checked("k", "all")
+    (1.0, 0)
+    """
     if name not in SETTINGS:
         raise StudyError(f"There is no setting '{name}'; there are {', '.join(SETTINGS)}.")
     setting = SETTINGS[name]
@@ -81,7 +85,7 @@ def checked(name: str, value: object) -> Value:
 
 
 def of_stage(values: Mapping[str, Value], *stages: Stage) -> dict[str, Value]:
-    """Those of the values whose settings belong to the stages."""
+    """Return those of the values whose settings belong to the stages."""
     return {name: value for name, value in values.items() if SETTINGS[name].stage in stages}
 
 

@@ -34,17 +34,17 @@ class Input:
 
 
 def read_file(folder: Path, kind: str, source: Source) -> Path:
-    """Where Blender puts what it reads from a .blend file (``kind`` is SCENES or CLIPS)."""
+    """Return the file for what Blender reads from a .blend file (``kind`` is SCENES or CLIPS)."""
     return folder / "read" / kind / f"{source.name}.npz"
 
 
 def problem_file(folder: Path, kind: str, source: Source) -> Path:
-    """Where it puts the sentence why it could not."""
+    """Return the file for the sentence why it could not."""
     return folder / "read" / kind / f"{source.name}.txt"
 
 
 def gather(plan: StudyPlan, folder: Path) -> tuple[dict[str, Input], dict[str, Input]]:
-    """The scenes and the clip sets of a study by name, copied to where the workers find them.
+    """Copy the scenes and clip sets of a study to a place that the workers find; returns them by name.
 
     Raises StudyError if a .blend file has not been read yet; StorageError if the folder cannot be written.
     """

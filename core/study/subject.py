@@ -1,4 +1,4 @@
-"""What is measured: an embedding in one piece, or a ground in parcels, of which only maps and counts are at hand."""
+"""Subjects of measures: an embedding in one piece, or the maps and counts of a ground in parcels."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ Found = TypeVar("Found")
 
 
 class Subject(ABC):
-    """What every measure may ask for."""
+    """Maps and counts that every measure may ask for."""
 
     graph: MotionGraph
     cell_size: float
@@ -73,7 +73,7 @@ class WholeGround(Subject):
         self._kept: dict[tuple[Callable, str], Any] = {}
 
     def once(self, evaluate: Callable[[Embedding, Mapping[str, Any]], Found], options: Mapping[str, Any]) -> Found:
-        """What an evaluation says of the embedding; several measures may be read off the same one."""
+        """Evaluate the embedding, once for all measures with the same options."""
         key = evaluate, str(sorted(options.items()))
         if key not in self._kept:
             self._kept[key] = evaluate(self.embedding, options)

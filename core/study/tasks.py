@@ -1,4 +1,4 @@
-"""What workers do for a study. Tasks read files of a folder that all workers share, and write new ones.
+"""Tasks of a study's workers, which read files of a folder that all workers share, and write new ones.
 
 What is wrong with a scene or its clips is returned as a sentence; what is raised concerns the whole study (a full disk)
 or is a fault of ours.

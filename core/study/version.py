@@ -1,4 +1,4 @@
-"""Which Wayfarer measured something: results of different versions are never taken for one another."""
+"""Versions of Wayfarer: results of different versions are never taken for one another."""
 
 import hashlib
 from functools import cache
@@ -8,13 +8,13 @@ _CORE = Path(__file__).resolve().parents[1]
 
 
 def core_version() -> str:
-    """Of the core: whatever may change a number changes it, and nothing outside the core does."""
+    """Return a digest of the core's source: whatever may change a number changes it."""
     return source_digest(_CORE)
 
 
 @cache
 def source_digest(folder: Path) -> str:
-    """A digest of all Python source in a folder."""
+    """Return a digest of all Python source in a folder."""
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*.py"), key=lambda path: path.relative_to(folder).as_posix()):
         # Line ends differ between machines that share a study.

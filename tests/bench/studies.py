@@ -15,9 +15,10 @@ import distributed
 from core.embedding.embedding import embed
 from core.evaluation.variability import floor_variability
 from core.motion.graph_archive import save_motion_graph
+from core.progress import finish
 from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene
 from core.study.plan import plan_of
-from core.study.run import run_study
+from core.study.run import run_study_steps
 from tests.bench import problems
 from tests.bench.benchmark import Benchmark
 from tests.core.geometry import box_triangles
@@ -54,7 +55,8 @@ def _study(n_cases: int, executor) -> dict:
         "settings": {"radius": radii},
         "measures": ["nodes", "total_variability"],
     }
-    outcome = run_study(plan_of(table, _folder(), "bench"), _folder() / f"out-{next(_number)}", executor)
+    steps = run_study_steps(plan_of(table, _folder(), "bench"), _folder() / f"out-{next(_number)}", executor)
+    outcome = finish(steps)
     numbers = [entry.result.numbers for entry in outcome.outcomes if entry.result is not None]
     return {"nodes": sum(n["nodes"] for n in numbers), "ways": sum(n["total_variability"] for n in numbers)}
 

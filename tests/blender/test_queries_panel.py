@@ -11,6 +11,7 @@ from bl_ext.user_default.wayfarer.addon.render.walk_fan import COLORS, NAME
 from bl_ext.user_default.wayfarer.addon.results import findings, staleness
 from bl_ext.user_default.wayfarer.core.evaluation import goals
 from bl_ext.user_default.wayfarer.core.evaluation.reach import time_from_steps, time_to_reach_steps
+from bl_ext.user_default.wayfarer.core.evaluation.segment_groups import segments_of_clip
 from bl_ext.user_default.wayfarer.core.maps.colors import displayed
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.report import topics
@@ -111,7 +112,7 @@ def test_times_to_what_a_character_does(stepping):
     assert "No clip is chosen" in refused(operators.find_reach)
     queries.clip = clip
     run("find_reach")
-    segments = goals.segments_of_clip(here.graph, clip)
+    segments = segments_of_clip(here.graph, clip)
     check(finish(time_to_reach_steps(here, goals.goal_to_begin(here, segments))))
     queries.direction = "FROM"
     run("find_reach")

@@ -9,9 +9,12 @@ from core.environment.regions import Region, RegionRule
 from core.motion.graph import MotionGraph, build_motion_graph
 from core.motion.graph_archive import save_motion_graph
 from core.motion.repertoire import sample_repertoire
+from core.progress import finish
+from core.study.case import case_result, embed_case
 from core.study.clip_set import ClipSet, save_clip_set
 from core.study.geometry import SceneGeometry, save_scene
 from core.study.plan import StudyPlan, plan_of
+from core.study.run import run_study_steps
 
 from .geometry import box_triangles
 
@@ -72,3 +75,13 @@ def rows_of(outcome):
         )
         for entry in outcome.outcomes
     ]
+
+
+def run_case(geometry, graph, values, measures):
+    """Embed, prune and measure in this process."""
+    return case_result(embed_case(geometry, graph, values), values, measures)
+
+
+def run_study(plan, folder, executor=None):
+    """Run a study to its end."""
+    return finish(run_study_steps(plan, folder, executor))

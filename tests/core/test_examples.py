@@ -21,8 +21,6 @@ NOT_YET = (
     "core/expanse",
     "core/motion",
     "core/progress",
-    "core/report",
-    "core/study",
     "core/tuning",
     "core/wording",
 )

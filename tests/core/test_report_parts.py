@@ -15,7 +15,7 @@ from matplotlib import image
 from core.maps.scales import CIVIDIS, GREYS
 from core.report.chart import ColorBar, Series, Swatch, bar_chart, line_chart, map_chart
 from core.report.contact_chart import LEFT, RIGHT, ClipContacts, contact_chart
-from core.report.drawing import Box, Label, Line, Picture, svg
+from core.report.drawing import Label, Line, Picture, Rectangle, svg
 from core.report.page import Bullets, Figure, FigureRow, Paragraph, Section, html_page
 from core.report.png import png_bytes
 from core.report.table import table
@@ -122,7 +122,7 @@ def test_contacts_are_bars_where_feet_are_planted():
     planted = np.zeros((100, 2), dtype=bool)
     planted[:50, 0] = planted[75:, 1] = True
     clips = [ClipContacts("half and quarter", 25.0, planted), ClipContacts("none", 25.0, planted[50:75])]
-    boxes = [mark for mark in contact_chart(clips).marks if isinstance(mark, Box)]
+    boxes = [mark for mark in contact_chart(clips).marks if isinstance(mark, Rectangle)]
     left, right = ([box for box in boxes if box.color == color] for color in (LEFT, RIGHT))
     assert len(left) == len(right) == 1 and left[0].width == pytest.approx(2 * right[0].width)
     # Left above right; time goes to the right; both clips on the same scale.

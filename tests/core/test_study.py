@@ -38,7 +38,7 @@ from core.expanse.work import Serial
 from core.maps.colors import RULED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.progress import finish
-from core.study.case import embedding_settings, run_case
+from core.study.case import embedding_settings
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set
 from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene
 from core.study.maps import BLOCKED, NOT_REACHED, write_maps
@@ -47,12 +47,12 @@ from core.study.picture import LONGEST_SIDE, NOT_PASSED, ONLY_CROSSED, small_map
 from core.study.plan import plan_of, read_plan
 from core.study.report import study_page
 from core.study.results import failures, results_table
-from core.study.run import run_study, run_study_steps
+from core.study.run import run_study_steps
 from core.study.settings import SETTINGS
 from core.study.subject import WholeGround
 from core.tuning.local_pruning import prune_local_steps
 
-from .studies import few_clips, lay_out, plan, region, room, rows_of, small_graph
+from .studies import few_clips, lay_out, plan, region, room, rows_of, run_case, run_study, small_graph
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -723,7 +723,7 @@ def entries(**changes):
         (entries(measures=[{"measure": "action_coverage", "kind": "limb"}]), "'segment' or 'clip' or 'tag'"),
         (entries(measures=[{"measure": "detour", "spacing": math.inf}]), "a number, more than 0"),
         (entries(measures=[]), "a list of names"),
-        (entries(table="parquet"), r"written as 'csv'.*to_parquet"),
+        (entries(table="parquet"), "no entry 'table'"),
         (entries(settings={"radius": [i / 1e6 for i in range(100_001)]}), "more than 100,000"),
     ],
 )

@@ -16,11 +16,11 @@ import pytest
 
 from core.errors import StudyError
 from core.study.geometry import save_scene
-from core.study.run import run_study, run_study_steps
+from core.study.run import run_study_steps
 from core.study.tasks import measure_case
 from core.study.version import core_version
 
-from .studies import lay_out, plan, region, room, rows_of
+from .studies import lay_out, plan, region, room, rows_of, run_study
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed")
 

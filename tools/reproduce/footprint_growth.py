@@ -10,7 +10,7 @@ from ...core.environment.grid import Grid
 from ...core.maps.scales import SERIES
 from ...core.motion.graph import MotionSegment
 from ...core.report.chart import Series, line_chart
-from ...core.report.drawing import INK, QUIET, Anchor, Box, Color, Drawing, Label, Line, Mark
+from ...core.report.drawing import INK, QUIET, Anchor, Color, Drawing, Label, Line, Mark, Rectangle
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
 from .chapter import Chapter, Comparison
 
@@ -101,16 +101,19 @@ def _chart(title: str, cells: list[np.ndarray], cell_size: float, outlines: list
     marks: list[Mark] = [Label(16, 24, title, 14, bold=True)]
     x = 16.0
     for step in range(len(cells)):
-        marks += [Box(x, 38, 12, 12, _tint(SERIES[step])), Label(x + 18, 49, f"{step + 1} step{'s' * (step > 0)}", 12)]
+        marks += [
+            Rectangle(x, 38, 12, 12, _tint(SERIES[step])),
+            Label(x + 18, 49, f"{step + 1} step{'s' * (step > 0)}", 12),
+        ]
         x += 78
     side = max(cell_size * scale - 0.6, 0.5)
     for step in reversed(range(len(cells))):
         for px, py in place(cells[step] * cell_size):
-            marks.append(Box(px - side / 2, py - side / 2, side, side, _tint(SERIES[step])))
+            marks.append(Rectangle(px - side / 2, py - side / 2, side, side, _tint(SERIES[step])))
     for step, outline in enumerate(outlines):
         marks.append(Line(place(np.concatenate([outline, outline[:1]])), SERIES[step], 2.0))
     start = place([0.0, 0.0])
-    marks += [Box(start[0] - 3, start[1] - 3, 6, 6, INK), Line(place([[0.0, 0.0], [0.25, 0.0]]), INK, 2.0)]
+    marks += [Rectangle(start[0] - 3, start[1] - 3, 6, 6, INK), Line(place([[0.0, 0.0], [0.25, 0.0]]), INK, 2.0)]
     base = _HEIGHT - 18
     marks += [Line(np.array([[16, base], [16 + scale, base]]), INK, 3.0), Label(24 + scale, base + 4, "1 m", 11)]
     marks.append(Label(_WIDTH - 16, base + 4, "start: black square, facing right", 11, QUIET, Anchor.END))

@@ -1,4 +1,4 @@
-"""How good is the embedding: a part of the panel for each topic of the evaluation."""
+"""Evaluation of the embedding: a part of the panel for each topic."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""How panels show what was found out."""
+"""Findings in panels."""
 
 from ...results.findings import Topic, find_finding, finding_is_stale, numbers_of
 from ...results.store import results
@@ -32,7 +32,7 @@ def any_found(scene, topics) -> bool:
 
 
 def draw_next_step(context, layout) -> bool:
-    """What has to be done before anything can be found out; True if nothing has."""
+    """Say what has to be done before anything can be found out; True if nothing has."""
     embedding = results(context.scene).embedding
     if embedding is None:
         draw_sentences(context, layout, ["Embed the motion graph first, in the panel Embedding"], "INFO")

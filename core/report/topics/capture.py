@@ -1,4 +1,4 @@
-"""What is missing? Motions that nobody has captured, ranked by what they would open."""
+"""Missing motions: what nobody has captured, ranked by the floor that it would open."""
 
 from collections.abc import Generator, Sequence
 

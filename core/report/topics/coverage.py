@@ -1,4 +1,4 @@
-"""What can it reach? Coverage, variability (the paper's Fig. 1), and the links that the scene costs."""
+"""Reach: coverage, variability (the paper's Fig. 1), and the links that the scene costs."""
 
 from collections.abc import Generator
 

@@ -1,4 +1,4 @@
-"""Where does it go the long way around?"""
+"""Long ways around: delays of ways to places nearby."""
 
 from collections.abc import Generator
 

@@ -1,4 +1,4 @@
-"""What matters? What is lost without each clip, segment or tag, and which clips can all be deleted."""
+"""Importance: losses without each clip, segment or tag, and clips that can all be deleted."""
 
 from collections.abc import Generator
 

@@ -1,4 +1,4 @@
-"""Which links of the motion graph work, and what hangs on them?"""
+"""Links of the motion graph: uses of each, and the nodes that die without it."""
 
 from collections.abc import Generator
 

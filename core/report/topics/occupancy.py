@@ -1,4 +1,4 @@
-"""Where does it spend its time? Random walkers on the floor and in the segments."""
+"""Occupancy: time that random walkers spend on the floor and in the segments."""
 
 from collections.abc import Generator
 

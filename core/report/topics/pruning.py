@@ -1,4 +1,4 @@
-"""How small can it be? The price of pruning, and what it has cost (the paper's section 4.2)."""
+"""Pruning: the price of every size, and what it has cost (the paper's section 4.2)."""
 
 from collections.abc import Generator
 
@@ -17,7 +17,7 @@ from ..page import Figure, Paragraph, Section
 from ..table import Table, table
 
 _SHARES = (1.0, 0.99, 0.9)
-"""Of the covered floor, each with the least k that keeps it."""
+"""Shares of the covered floor, each with the least k that keeps it."""
 
 
 def pruning_finding(pruning: Pruning) -> Finding:

@@ -1,4 +1,4 @@
-"""How soon? Times to a goal, or from it (the paper's section 4.1.2 and Fig. 8)."""
+"""Times to a goal, or from it (the paper's section 4.1.2 and Fig. 8)."""
 
 from collections.abc import Callable, Generator, Sequence
 

@@ -1,4 +1,4 @@
-"""Does it turn both ways?"""
+"""Turn balance: left against right."""
 
 from collections.abc import Generator
 

@@ -1,4 +1,4 @@
-"""What is weak? Places that are not reached or hardly, with the reason."""
+"""Weak spots: places that are not reached, or hardly, with the reason."""
 
 from collections.abc import Generator
 
