@@ -12,12 +12,12 @@ from ...core.errors import MotionGraphError
 from ...core.evaluation.why_not import LostLinks
 from ...core.motion.doctor import ClipHealth, ClipMotion
 from ...core.motion.graph import MotionGraph
-from ...core.motion.graph_summary import GraphSummary, summarize
+from ...core.motion.graph_summary import GraphSummary
 from ...core.playback.walk import Walk
 from ...core.report.contact_chart import ContactShares
 from ...core.tuning.pruning import Pruning
 from ..bridge.clip_actions import character_problem
-from ..scene.inputs import SceneShapes, environment_settings_fingerprint, graph_settings_fingerprint
+from ..scene.inputs import SceneShapes, environment_settings_fingerprint
 from ..session import SESSION
 
 _Result = TypeVar("_Result")
@@ -199,16 +199,6 @@ def played_by(scene) -> tuple[int, tuple[int, ...]]:
     settings = scene.wayfarer
     character = 0 if character_problem(scene) else settings.character.session_uid
     return character, tuple(sorted(action.session_uid for action in settings.used_actions()))
-
-
-def keep_graph(scene, graph: MotionGraph, actions: str) -> None:
-    """Keep a motion graph made from actions with the fingerprint ``actions``."""
-    found = results(scene)
-    found.graph, found.graph_summary, found.problem = graph, summarize(graph), ""
-    found.unread = {}
-    found.made_for = played_by(scene)
-    found.made_from["graph"] = (graph_settings_fingerprint(scene), actions)
-    found.present["graph"] = actions
 
 
 def keep_embedding(scene, embedding: Embedding, shapes: SceneShapes) -> None:

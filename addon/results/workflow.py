@@ -15,10 +15,12 @@ from ...core.errors import ClipError
 from ...core.evaluation.variability import coverage_share
 from ...core.motion.doctor import ClipMotion, clip_motions
 from ...core.motion.graph import MotionGraph, build_motion_graph_steps
+from ...core.motion.graph_summary import summarize
 from ...core.progress import Progress, portion
 from ..scene.inputs import (
     SceneShapes,
     graph_settings,
+    graph_settings_fingerprint,
     make_environment,
     prepared_clips_steps,
     read_character_steps,
@@ -27,7 +29,7 @@ from ..scene.inputs import (
 from ..scene.motion_fingerprint import actions_fingerprint
 from ..scene.relief import uneven_ground
 from .clips import keep_motion
-from .store import graph_of, keep_embedding, keep_graph, results
+from .store import graph_of, keep_embedding, played_by, results
 
 
 @dataclass(frozen=True)
@@ -62,11 +64,13 @@ def build_graph_steps(scene) -> Generator[Progress, None, BuiltGraph]:
 
 def keep_built(scene, built: BuiltGraph) -> None:
     """Keep a motion graph, with its numbers, as that of the scene."""
-    graph = built.graph
-    keep_graph(scene, graph, built.actions)
+    graph, found = built.graph, results(scene)
+    found.graph, found.graph_summary, found.problem, found.unread = graph, summarize(graph), "", {}
+    found.made_for = played_by(scene)
+    found.made_from["graph"] = (graph_settings_fingerprint(scene), built.actions)
+    found.present["graph"] = built.actions
     for name, motion in built.motions.items():
         keep_motion(scene, name, built.seen[name], motion)
-    found = results(scene)
     found.summary = replace(
         found.summary,
         clips=built.n_clips,

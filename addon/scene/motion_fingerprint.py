@@ -3,6 +3,7 @@
 Two that are equal make the same clip; two that differ may do so too, such as those of keys between frames.
 """
 
+import contextlib
 from collections import Counter
 from collections.abc import Mapping
 
@@ -10,7 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import ClipError
-from ..bridge.action_curves import ActionCurves, action_curves
+from ..bridge.action_curves import action_curves
 from ..bridge.read_actions import FRAME_RATE_PROPERTY
 from ..bridge.rig import FORWARD_PROPERTY
 from .fingerprint import fingerprint
@@ -48,25 +49,10 @@ def action_fingerprint(scene, action) -> str:
         (sorted((m.name, m.frame) for m in action.pose_markers), action.get("wayfarer_tags")),
     ]
     reader = SettingsReader(character, set())
-    for place, curve in (*curves.bones.items(), *curves.placement.items()):
-        parts += [place, *reader.curve(curve)]
-    if _is_steered(character):
-        for curve in _other_curves(curves):
-            parts += reader.curve(curve)
+    # Of properties too, by which constraints and drivers may go.
+    for curve in slot_curves(action, curves.slot):
+        parts += reader.curve(curve)
     return fingerprint(*parts)
-
-
-def _other_curves(curves: ActionCurves) -> list:
-    """Return the slot's curves that are no transforms: influences and properties, by which constraints and drivers may
-    go.
-    """
-    known = {curve.as_pointer() for curve in (*curves.bones.values(), *curves.placement.values())}
-    return [curve for curve in slot_curves(curves.action, curves.slot) if curve.as_pointer() not in known]
-
-
-def _is_steered(character) -> bool:
-    """Return True if constraints or drivers have a say, so that curves of other things than transforms do."""
-    return bool(_constraints(character) or _drivers(character))
 
 
 def _rig_fingerprint(character, actions) -> str:
@@ -86,8 +72,8 @@ def _rig_fingerprint(character, actions) -> str:
     ]
     for curve in _drivers(character):
         parts += reader.driver(curve)
-    turned = any(path.startswith(("rotation_", "delta_rotation_")) for path, _ in moving)
-    if not turned and not any(_turns_object(character, action) for action in actions):
+    # What is turned as a whole may tilt as it plays.
+    if not any(path.startswith(("rotation_", "delta_rotation_")) for path, _ in moving):
         up = _own_matrix(character).to_3x3().normalized().row[2]
         parts.append((np.round(up, 3) + 0.0).tolist())
     if _parents_move(character):
@@ -118,14 +104,6 @@ def _parents_move(thing) -> bool:
     return above is not None and (bool(playing_curves(above) or _constraints(above)) or _parents_move(above))
 
 
-def _turns_object(character, action) -> bool:
-    """Return True if an action turns the character as a whole: then it may tilt as it plays."""
-    try:
-        return any(name.startswith("rotation") for name, _ in action_curves(character, action).placement)
-    except ClipError:
-        return False
-
-
 def _drivers(character) -> list:
     """Return the drivers of the character and of its armature."""
     animated = (block.animation_data for block in (character, character.data))
@@ -141,13 +119,8 @@ def _constraints(block) -> list:
 def _moving(character, actions) -> set[tuple[str, int]]:
     """Return data path and index of properties of the character that are driven, or that an action in use moves."""
     animation = character.animation_data
-    paths = {
-        (curve.data_path, curve.array_index) for curve in (animation.drivers if animation else ()) if not curve.mute
-    }
-    for action in actions if _is_steered(character) else ():
-        try:
-            curves = _other_curves(action_curves(character, action))
-        except ClipError:
-            continue
-        paths.update((curve.data_path, curve.array_index) for curve in curves)
-    return paths
+    curves = [curve for curve in (animation.drivers if animation else ()) if not curve.mute]
+    for action in actions:
+        with contextlib.suppress(ClipError):
+            curves += slot_curves(action, action_curves(character, action).slot)
+    return {(curve.data_path, curve.array_index) for curve in curves}
