@@ -35,10 +35,10 @@ from ..results.workflow import build_graph_steps, embed_scene_steps, keep_built,
 from ..walks.baking import bake_motion
 from ..walks.request import read_motion_request, read_request
 from .large_ground import evaluate_in_parcels
-from .numbers import embedding_numbers, graph_numbers, warnings
 from .output import Aloud, clean_output, finish_aloud, say, summary_lines
 from .overrides import apply_override
 from .scene import CommandError, choose_character, find_scene, open_blend
+from .scene_numbers import embedding_numbers, graph_numbers, warnings
 from .study import add_place_options, add_study_options, program_words, run_study
 
 NAME = "wayfarer"
