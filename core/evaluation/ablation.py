@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from .. import wording
-from ..embedding.closure import reached_from_steps, reaching_steps
-from ..embedding.component import largest_component_steps
-from ..embedding.embedding import Embedding, with_nodes
+from ..embedding.embedding import Embedding, restrict_steps
 from ..embedding.node_set import NodeSet
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
@@ -36,7 +34,7 @@ GROUPED_CLIPS = 4
 
 
 class Verdict(Enum):
-    """What a loss means, from the gravest to none."""
+    """The meaning of a loss, from the gravest to none."""
 
     ESSENTIAL = "essential: the embedding collapses without it"
     IMPORTANT = "important: a part of the ground is lost without it"
@@ -47,7 +45,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Loss:
-    """What an embedding loses without a group.
+    """The loss of an embedding without a group.
 
     Attributes
     ----------
@@ -90,7 +88,7 @@ class Loss:
 
     @property
     def objective(self) -> float | None:
-        """By how much the objective rises; None if none was asked for."""
+        """The rise of the objective; None if none was asked for."""
         if self.before.objective is None or self.left.objective is None:
             return None
         # Two endless times are the same.
@@ -121,7 +119,7 @@ class Loss:
 
 @dataclass(frozen=True)
 class Ablation:
-    """What is lost without each group.
+    """The losses without each of some groups.
 
     Attributes
     ----------
@@ -167,28 +165,18 @@ class Ablation:
 def without_steps(
     embedding: Embedding, segments: Collection[int], core: NodeSet | None = None
 ) -> Generator[Progress, None, Embedding]:
-    """The rest of an embedding when some segments (indices) may not be played.
+    """Restrict an embedding to the nodes of all but some segments (indices). Yields progress.
 
-    ``core`` may name a strongly connected set of nodes of other segments: it makes the search faster, and leaves the
-    result as it is.
+    ``core`` may be a strongly connected set of nodes of other segments: see :func:`.restrict_steps`.
     """
-    network, n_headings, gone = embedding.network, embedding.shape[2], set(segments)
-    nodes = embedding.nodes.where(lambda index: index // n_headings not in gone)
-    if core:
-        reached = yield from portion(reached_from_steps(network, core, nodes), 0.0, 0.5)
-        component = yield from portion(reaching_steps(network, core, reached), 0.5, 1.0)
-        # Any other component lies wholly in one of the two rests.
-        rest = max(len(reached - component), len(nodes - reached))
-        if len(component) > rest:
-            return with_nodes(embedding, component)
-    left = yield from largest_component_steps(network, within=nodes)
-    return with_nodes(embedding, left.nodes)
+    n_headings, gone = embedding.shape[2], set(segments)
+    return restrict_steps(embedding, embedding.nodes.where(lambda index: index // n_headings not in gone), core)
 
 
 def ablate_steps(
     embedding: Embedding, kinds: Sequence[Grouping] = tuple(Grouping), objective: Objective | None = None
 ) -> Generator[Progress, None, Ablation]:
-    """What an embedding loses without each of its segments, each of its clips and each tag, one at a time.
+    """Find what an embedding loses without each of its segments, each of its clips and each tag, one at a time.
 
     Without a tag means: without all segments that carry it on any frame. All numbers are exact, those of the objective
     as exact as it is.
@@ -209,7 +197,7 @@ def ablate_steps(
 
 
 def _plan(graph: MotionGraph, wanted: set[tuple[int, ...]]) -> dict[tuple[int, ...], tuple[int, ...] | None]:
-    """What to take away, in this order, and the larger set, taken away before, whose rest makes the search faster."""
+    """Plan what to take away, in which order, and the larger set, taken before, whose rest makes the search faster."""
     plan: dict[tuple[int, ...], tuple[int, ...] | None] = {}
     clips = [group.segments for group in segment_groups(graph, Grouping.CLIP)]
     for first in range(0, len(clips), GROUPED_CLIPS):

@@ -16,7 +16,7 @@ from .segment_groups import Grouping, SegmentGroup, segment_groups
 
 @dataclass(frozen=True)
 class ActionCoverage:
-    """Where each action can begin.
+    """The places where each action can begin.
 
     Attributes
     ----------
@@ -57,15 +57,15 @@ class ActionCoverage:
 
 
 def action_coverage(embedding: Embedding, kind: Grouping = Grouping.CLIP) -> ActionCoverage:
-    """Where each segment, clip or tag of an embedding's motion graph can begin."""
+    """Find where each segment, clip or tag of an embedding's motion graph can begin."""
     network, layout = embedding.network, embedding.network.layout
     standing = [0] * (len(network.entry_groups) * network.n_headings)
-    for fork, members in enumerate(network.entry_groups):
+    for entry_group, members in enumerate(network.entry_groups):
         for parent in network.parents[members[0]]:
             for heading, plane in enumerate(
                 embedding.nodes.planes[parent * network.n_headings : (parent + 1) * network.n_headings]
             ):
-                standing[fork * network.n_headings + heading] |= plane
+                standing[entry_group * network.n_headings + heading] |= plane
     began = [0] * network.n_segments
     for segment, heading, _, _, able in network.moves_within(embedding.nodes):
         began[segment] |= able & standing[network.entry_group_of[segment] * network.n_headings + heading]

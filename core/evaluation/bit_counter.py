@@ -1,4 +1,4 @@
-"""Tallies: a count for every cell, as bit-planes of the counts' binary digits.
+"""Bit-sliced counters: a count for every cell, as bit-planes of the counts' binary digits.
 
 Adding up thousands of planes, or multiplying the counts of a whole ground, is then a row of ANDs and XORs of whole
 planes: no array of numbers is ever laid out, and a count takes as many bits as it needs. Planes may just as well be
@@ -12,7 +12,16 @@ BitCounts = list[int]
 
 
 class BitCounter:
-    """Planes that wait to be added up; those in column i count 2**i."""
+    """Planes that wait to be added up by carry-save adders; those in column i count 2**i.
+
+    Examples
+    --------
+    >>> counter = BitCounter()
+    >>> for plane in (0b011, 0b001, 0b101):
+    ...     counter.add(plane)
+    >>> counter.total()  # 3, 1 and 1 in the three cells: 111 and 001
+    [7, 1]
+    """
 
     def __init__(self):
         self._columns: list[list[int]] = []
@@ -24,8 +33,8 @@ class BitCounter:
                 self._columns.append([])
             self._columns[digit].append(plane)
 
-    def add_counts(self, tally: BitCounts) -> None:
-        for digit, plane in enumerate(tally):
+    def add_counts(self, counts: BitCounts) -> None:
+        for digit, plane in enumerate(counts):
             self.add(plane, digit)
 
     def add_product(self, a: BitCounts, b: BitCounts) -> None:
@@ -35,12 +44,13 @@ class BitCounter:
                 self.add(x & y, i + j)
 
     def total(self) -> BitCounts:
-        """The sum of everything that was added; the columns are empty afterwards.
+        """Return the sum of everything that was added; the columns are empty afterwards.
 
-        Three planes of a column become one and a carry, until one is left: five operations for each plane.
+        A carry-save adder makes three planes of a column into one and a carry, until one is left: five operations for
+        each plane.
         """
         columns, self._columns = self._columns, []
-        tally = []
+        counts = []
         carries: list[int] = []
         while columns or carries:
             column = carries + (columns.pop(0) if columns else [])
@@ -52,34 +62,38 @@ class BitCounter:
                 if carry:
                     carries.append(carry)
                 column.append(half ^ c)
-            tally.append(column[0] if column else 0)
-        return _stripped(tally)
+            counts.append(column[0] if column else 0)
+        return _stripped(counts)
 
 
-def masked(tally: BitCounts, plane: int) -> BitCounts:
-    """The counts in the cells of a plane, 0 elsewhere."""
-    return _stripped([digit & plane for digit in tally])
+def masked(counts: BitCounts, plane: int) -> BitCounts:
+    """Return the counts in the cells of a plane, 0 elsewhere."""
+    return _stripped([digit & plane for digit in counts])
 
 
 def product(a: BitCounts, b: BitCounts) -> BitCounts:
-    """a x b for every cell."""
+    """Multiply the counts of every cell."""
     columns = BitCounter()
     columns.add_product(a, b)
     return columns.total()
 
 
 def sum_of_products(a: BitCounts, b: BitCounts) -> int:
-    """a x b, summed over all cells."""
+    """Return a x b, summed over all cells."""
     return sum((x & y).bit_count() << i + j for i, x in enumerate(a) for j, y in enumerate(b))
 
 
 def constant(number: int, everywhere: int) -> BitCounts:
-    """The same count in all cells of the plane ``everywhere``."""
+    """Return the same count in all cells of the plane ``everywhere``."""
     return [everywhere if number >> digit & 1 else 0 for digit in range(number.bit_length())]
 
 
 def less(a: BitCounts, b: BitCounts) -> int:
-    """The plane of the cells where a < b."""
+    """Return the plane of the cells where a < b.
+
+    >>> less(constant(2, 0b11), [0b01, 0b11])  # 2 < 3 in the first cell, not 2 < 2 in the second
+    1
+    """
     below = 0
     for digit in range(max(len(a), len(b))):
         x, y = digit_of(a, digit), digit_of(b, digit)
@@ -88,7 +102,7 @@ def less(a: BitCounts, b: BitCounts) -> int:
 
 
 def minus(a: BitCounts, b: BitCounts) -> BitCounts:
-    """a - b, which must not be negative anywhere."""
+    """Return a - b, which must not be negative anywhere."""
     rest, borrow = [], 0
     for digit, x in enumerate(a):
         y = digit_of(b, digit)
@@ -98,12 +112,12 @@ def minus(a: BitCounts, b: BitCounts) -> BitCounts:
     return _stripped(rest)
 
 
-def digit_of(tally: Sequence[int], digit: int) -> int:
-    """The plane of one binary digit."""
-    return tally[digit] if digit < len(tally) else 0
+def digit_of(counts: Sequence[int], digit: int) -> int:
+    """Return the plane of one binary digit."""
+    return counts[digit] if digit < len(counts) else 0
 
 
-def _stripped(tally: BitCounts) -> BitCounts:
-    while tally and not tally[-1]:
-        tally.pop()
-    return tally
+def _stripped(counts: BitCounts) -> BitCounts:
+    while counts and not counts[-1]:
+        counts.pop()
+    return counts

@@ -1,15 +1,17 @@
-"""In-degrees and out-degrees of the nodes of an embedding, as tallies: heading block by heading block, segment by
-segment, without an array over all nodes."""
+"""In-degrees and out-degrees of the nodes of an embedding as bit-sliced counts, block of headings by block of headings
+and segment by segment: there is no array over all nodes."""
+
+from collections.abc import Sequence
 
 from ..embedding.embedding import Embedding
-from .bit_counter import BitCounter, BitCounts, masked
+from .bit_counter import BitCounter, BitCounts, digit_of, masked
 
 
 class Degrees:
-    """How many links end and start at each node, as tallies of blocks (see :class:`.HeadingPacking`).
+    """Numbers of links that end and start at each node, as counts over a block (see :class:`.HeadingPacking`).
 
     A link from (p0, c0) to (p, c) counts once for each parent c0 alive at p0. What segments share is added up only
-    once: the parents alive at a start (the same for a fork), the links that go on (the same for a merge).
+    once: the parents alive at a start (the same for an entry group), the links that go on (the same for an exit group).
     """
 
     def __init__(self, embedding: Embedding):
@@ -23,81 +25,79 @@ class Degrees:
         self._ends: list[int] | None = None
 
     def incoming(self, segment: int, block: int) -> BitCounts:
-        """In-degree of the nodes of a segment and a block of headings."""
+        """Count the links that end at the nodes of a segment and a block of headings."""
         network, packing = self._network, self._packing
         here = self._nodes[segment * packing.n_blocks + block]
         if not here:
             return []
         alive = self._alive(network.entry_group_of[segment])
         fold = network.layout.fold
-        tallies = []
+        arriving = []
         for entering in self._of_block(network.entering, segment, block):
-            columns = BitCounter()
+            counter = BitCounter()
             for heading, moves in entering:
                 for digit, parents in enumerate(alive[heading]):
                     for shift, valid in moves:
                         leaving = parents & valid
                         if leaving:
-                            columns.add(fold(leaving << shift if shift >= 0 else leaving >> -shift), digit)
-            tallies.append(columns.total())
-        return masked(self._packed(tallies), here)
+                            counter.add(fold(leaving << shift if shift >= 0 else leaving >> -shift), digit)
+            arriving.append(counter.total())
+        return masked(self._packed(arriving), here)
 
-    def outgoing(self, merge: int, block: int) -> BitCounts:
-        """Out-degree of the nodes of every segment of a merge in a block of headings, were there a node everywhere."""
-        tally = self._outgoing.get((merge, block))
-        if tally is None:
-            columns = BitCounter()
-            for fork in self._network.entry_groups_after[merge]:
-                columns.add_counts(self._landings(fork, block))
-            tally = self._outgoing[merge, block] = columns.total()
-        return tally
+    def outgoing(self, group: int, block: int) -> BitCounts:
+        """Count the links that start from each place of a block, for a node there of any segment of an exit group."""
+        if (group, block) not in self._outgoing:
+            counter = BitCounter()
+            for entry_group in self._network.entry_groups_after[group]:
+                counter.add_counts(self._landings(entry_group, block))
+            self._outgoing[group, block] = counter.total()
+        return self._outgoing[group, block]
 
     def forget(self, block: int) -> None:
         """Let go of what :meth:`outgoing` has kept of a block; for large grounds, once it is done with."""
-        self._landing = {key: tally for key, tally in self._landing.items() if key[1] != block}
-        self._outgoing = {key: tally for key, tally in self._outgoing.items() if key[1] != block}
+        for kept in (self._landing, self._outgoing):
+            for key in [key for key in kept if key[1] == block]:
+                del kept[key]
 
-    def _alive(self, fork: int) -> list[BitCounts]:
-        """For each heading, how many of the parents of a fork have a node at each cell."""
-        if fork not in self._parents_alive:
+    def _alive(self, group: int) -> list[BitCounts]:
+        """Count, for each heading, the parents of an entry group that have a node at each cell."""
+        if group not in self._parents_alive:
             network, packing = self._network, self._packing
-            parents = [p for merge in network.exit_groups_before[fork] for p in network.exit_groups[merge]]
-            tallies: list[BitCounts] = []
+            alive: list[BitCounts] = []
             for block in range(packing.n_blocks):
-                columns = BitCounter()
-                for parent in parents:
-                    columns.add(self._nodes[parent * packing.n_blocks + block])
-                digits = [packing.unpack(digit) for digit in columns.total()]
-                tallies += [[digit[place] for digit in digits] for place in range(packing.headings)]
-            self._parents_alive[fork] = tallies
-        return self._parents_alive[fork]
+                counter = BitCounter()
+                for parent in network.parents[network.entry_groups[group][0]]:
+                    counter.add(self._nodes[parent * packing.n_blocks + block])
+                digits = [packing.unpack(digit) for digit in counter.total()]
+                alive += [[digit[place] for digit in digits] for place in range(packing.headings)]
+            self._parents_alive[group] = alive
+        return self._parents_alive[group]
 
-    def _landings(self, fork: int, block: int) -> BitCounts:
-        """How many nodes the segments of a fork lead to from each cell and heading of a block."""
-        if (fork, block) not in self._landing:
+    def _landings(self, group: int, block: int) -> BitCounts:
+        """Count the nodes that the segments of an entry group lead to from each cell and heading of a block."""
+        if (group, block) not in self._landing:
             network, layout = self._network, self._network.layout
             if self._ends is None:
                 self._ends = [layout.extend(plane) for plane in self._embedding.planes]
-            columns = [BitCounter() for _ in range(self._packing.headings)]
-            for segment in network.entry_groups[fork]:
+            counters = [BitCounter() for _ in range(self._packing.headings)]
+            for segment in network.entry_groups[group]:
                 first = segment * network.n_headings
-                for column, leaving in zip(columns, self._of_block(network.leaving, segment, block), strict=True):
+                for counter, leaving in zip(counters, self._of_block(network.leaving, segment, block), strict=True):
                     for turned, moves in leaving:
                         there = self._ends[first + turned]
                         for shift, valid in moves:
-                            column.add(valid & (there >> shift if shift >= 0 else there << -shift))
-            self._landing[fork, block] = self._packed([column.total() for column in columns])
-        return self._landing[fork, block]
+                            counter.add(valid & (there >> shift if shift >= 0 else there << -shift))
+            self._landing[group, block] = self._packed([counter.total() for counter in counters])
+        return self._landing[group, block]
 
-    def _of_block(self, by_plane: list, segment: int, block: int) -> list:
-        """The items of the planes of a segment and a block of headings."""
+    def _of_block(self, by_plane: Sequence, segment: int, block: int) -> Sequence:
+        """Return the items of the planes of a segment and a block of headings."""
         first = segment * self._network.n_headings + block * self._packing.headings
         return by_plane[first : first + self._packing.headings]
 
-    def _packed(self, tallies: list[BitCounts]) -> BitCounts:
-        """One tally for each heading of a block, as one tally of the block."""
-        if len(tallies) == 1:
-            return tallies[0]
-        n_digits = max(len(tally) for tally in tallies)
-        padded = [tally + [0] * (n_digits - len(tally)) for tally in tallies]
-        return [self._packing.pack([tally[digit] for tally in padded])[0] for digit in range(n_digits)]
+    def _packed(self, by_heading: list[BitCounts]) -> BitCounts:
+        """Pack the counts of each heading of a block into those of the block."""
+        if len(by_heading) == 1:
+            return by_heading[0]
+        n_digits = max(map(len, by_heading))
+        return [self._packing.pack([digit_of(n, digit) for n in by_heading])[0] for digit in range(n_digits)]

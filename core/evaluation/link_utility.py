@@ -1,6 +1,6 @@
-"""Utility of the motion graph's links and segments: how much of the embedding hangs on each.
+"""Utility of the motion graph's links and segments: how much of the embedding depends on each.
 
-Counted, not tried: what stands or falls at once. A node *hangs* on a link of the motion graph where all links of the
+Counted, not tried: what stands or falls at once. A node *depends* on a link of the motion graph where all links of the
 embedding that lead to it, or all that lead from it, play that one transition: without it the node is dead. What dies
 next because of that is left to ablation (:mod:`.ablation`), which is exact and takes longer.
 """
@@ -17,7 +17,7 @@ from ..embedding.node_set import NodeSet
 
 @dataclass(frozen=True)
 class LinkUtility:
-    """What hangs on each link and segment of a motion graph.
+    """The nodes that depend on each link and segment of a motion graph.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class LinkUtility:
 
 
 def link_utility(embedding: Embedding) -> LinkUtility:
-    """Uses of every link and segment of the motion graph in an embedding, and the nodes that hang on each."""
+    """Count the uses of every link and segment of the motion graph in an embedding, and the nodes that need each."""
     network, n_segments, n_headings = embedding.network, embedding.shape[3], embedding.shape[2]
     uses = _uses(network, embedding.nodes)
     own = [NodeSet(embedding.planes[s * n_headings : (s + 1) * n_headings]) for s in range(n_segments)]
@@ -122,7 +122,7 @@ def _uses(network: StepNetwork, nodes: NodeSet) -> np.ndarray:
 
 
 def _alone(sets: dict[int, NodeSet]) -> dict[int, NodeSet]:
-    """Of each of some sets of nodes of one segment what is in no other one."""
+    """Return of each of some sets of nodes of one segment the part that is in no other one."""
     once, twice = None, None
     for nodes in sets.values():
         twice = nodes - nodes if once is None or twice is None else twice | (once & nodes)

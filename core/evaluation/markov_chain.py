@@ -1,9 +1,9 @@
 """The Markov chain of random walkers: at every node each outgoing link is taken with the same probability.
 
 Where a walker can go on depends on where it stands and on which segments may follow, and the latter is the same for
-all segments with the same children (a *merge*). Walkers of one merge at one place are therefore counted together: the
-flow of all of them is one number for each place and merge, pushed along one stencil after the other as an array over
-the whole ground. No link is ever stored, however many there are. Walks of :mod:`core.playback` follow the same rule.
+all segments of an exit group. Walkers of one exit group at one place are therefore counted together: the flow of all of
+them is one number for each place and exit group, pushed along one stencil after the other as an array over the whole
+ground. No link is ever stored, however many there are. Walks of :mod:`core.playback` follow the same rule.
 """
 
 from collections.abc import Generator, Iterator
@@ -21,7 +21,7 @@ from ..progress import Progress
 #: go in circles settle too, and others hardly later.
 STEPS_BETWEEN_LOOKS = 5
 
-#: Up to so many places and merges the flow is kept in double precision; beyond it memory and time count more.
+#: Up to so many places and exit groups the flow is kept in double precision; beyond it memory and time count more.
 DOUBLE_PRECISION = 2_000_000
 
 #: Stencils' places are kept as arrays up to this many bytes, and laid out again at every step beyond it.
@@ -34,8 +34,8 @@ class StationaryFlow:
 
     Attributes
     ----------
-    starts : (forks, n_headings, nx * ny) float array
-        For one segment of each fork: the probability that a step starts at the place and takes one of its links.
+    starts : (entry groups, n_headings, nx * ny) float array
+        For one segment of each entry group: the probability that a step starts at the place and takes one of its links.
     residual : float
         By how much one more step changes the distribution: the sum of the absolute changes, 0 to 2.
     error : float
@@ -70,8 +70,8 @@ class MarkovChain:
         self.heading = stencils.heading[self.used]
         self.turned = stencils.destination_heading[self.used]
         self.dx, self.dy = stencils.dx[self.used], stencils.dy[self.used]
-        self.fork = np.array(network.entry_group_of)[self.segment]
-        self.merge = np.array(network.exit_group_of)[self.segment]
+        self.entry_group = np.array(network.entry_group_of)[self.segment]
+        self.exit_group = np.array(network.exit_group_of)[self.segment]
 
     @property
     def place_shape(self) -> tuple[int, int]:
@@ -80,7 +80,7 @@ class MarkovChain:
 
     @property
     def dtype(self) -> type:
-        """Of all shares and probabilities."""
+        """Float type of all shares and probabilities."""
         n_places = len(self.network.exit_groups) * int(np.prod(self.place_shape))
         return np.float64 if n_places <= DOUBLE_PRECISION else np.float32
 
@@ -91,24 +91,24 @@ class MarkovChain:
     def leaving(self, flow: StationaryFlow, i: int) -> np.ndarray:
         """(nx, ny) float64: how often the i-th used stencil is taken from each cell, per step."""
         mask = self.mask(i)
-        return flow.starts[self.fork[i], self.heading[i]].reshape(mask.shape) * mask.astype(np.float64)
+        return flow.starts[self.entry_group[i], self.heading[i]].reshape(mask.shape) * mask.astype(np.float64)
 
     def between(self) -> np.ndarray:
-        """(forks, merges): 1 where the segments of a merge may be followed by those of a fork."""
+        """(entry groups, exit groups): 1 where segments of the entry group may follow those of the exit group."""
         between = np.zeros((len(self.network.entry_groups), len(self.network.exit_groups)), dtype=self.dtype)
-        for fork, merges in enumerate(self.network.exit_groups_before):
-            between[fork, merges] = 1
+        for entry_group, exit_groups in enumerate(self.network.exit_groups_before):
+            between[entry_group, exit_groups] = 1
         return between
 
     def out_degree(self) -> np.ndarray:
-        """(merges, n_headings, nx * ny): links that a walker of each merge can take from each place."""
+        """(exit groups, n_headings, nx * ny): links that a walker of each exit group can take from each place."""
         landing = np.zeros((len(self.network.entry_groups), *self.place_shape), dtype=self.dtype)
-        for i, (fork, heading) in enumerate(zip(self.fork.tolist(), self.heading.tolist(), strict=True)):
-            landing[fork, heading] += self.mask(i).ravel()
+        for i, (entry_group, heading) in enumerate(zip(self.entry_group.tolist(), self.heading.tolist(), strict=True)):
+            landing[entry_group, heading] += self.mask(i).ravel()
         return np.tensordot(self.between().T, landing, axes=1)
 
     def alive(self) -> np.ndarray:
-        """(merges, n_headings, nx * ny): how many nodes of each merge there are at each place."""
+        """(exit groups, n_headings, nx * ny): how many nodes of each exit group there are at each place."""
         alive = np.zeros((len(self.network.exit_groups), *self.place_shape), dtype=self.dtype)
         for index, plane in enumerate(self.embedding.planes):
             if plane:
@@ -117,7 +117,7 @@ class MarkovChain:
         return alive
 
     def flow_steps(self, tolerance: float, max_steps: int) -> Generator[Progress, None, StationaryFlow]:
-        """The stationary flow by power iteration from evenly spread walkers; yields progress.
+        """Find the stationary flow by power iteration from evenly spread walkers. Yields progress.
 
         Ends when the residual is below ``tolerance``, or does not fall any more because of rounding, or after
         ``max_steps``.
@@ -158,16 +158,16 @@ class MarkovChain:
         return StationaryFlow(starts, residual, error, n_steps)
 
     def _pushes(self, starts: np.ndarray, arrived: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
-        """For each stencil and each piece that it moves as a whole: source, mask, room for the product, and target."""
+        """Yield source, mask, room for the product and target of each piece that a stencil moves as a whole."""
         room = np.empty(self.place_shape[1], dtype=self.dtype)
-        columns = (self.fork, self.heading, self.merge, self.turned, self.dx, self.dy)
+        columns = (self.entry_group, self.heading, self.exit_group, self.turned, self.dx, self.dy)
         for i, row in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
-            fork, heading, merge, turned, dx, dy = row
+            entry_group, heading, exit_group, turned, dx, dy = row
             for mask, source, target in self.moves(self.mask(i), dx, dy):
-                yield starts[fork, heading, source], mask, room[: len(mask)], arrived[merge, turned, target]
+                yield starts[entry_group, heading, source], mask, room[: len(mask)], arrived[exit_group, turned, target]
 
     def moves(self, values: np.ndarray, dx: int, dy: int) -> Iterator[tuple[np.ndarray, slice, slice]]:
-        """What moving (nx, ny) ``values`` by dx, dy cells takes, in pieces that move as a whole.
+        """Split a move of (nx, ny) ``values`` by dx, dy cells into pieces that move as a whole.
 
         Each piece is a range of the cells x * ny + y: the values there, the range, and the range where they arrive.
         Around the edges of a tiled ground there is more than one piece. Elsewhere nothing may leave the ground.

@@ -15,7 +15,7 @@ from .segment_groups import segments_of_clip
 
 
 class GoalKind(Enum):
-    """What a question is about."""
+    """The kinds of goals that a question can be about."""
 
     CURSOR = "cursor"
     OBJECT = "object"
@@ -40,7 +40,7 @@ class Query:
     forwards : bool
         False: how long it takes to the goal. True: from it.
     times : tuple of float
-        Seconds, ascending, by which the answer is told.
+        Seconds, ascending, by which the answer is given.
     """
 
     kind: GoalKind = GoalKind.CURSOR

@@ -1,4 +1,4 @@
-"""How long it takes to get from everywhere to a goal, and from a start to everywhere (paper, section 4.1.2)."""
+"""Times to get from everywhere to a goal, and from a start to everywhere (paper, section 4.1.2)."""
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.node_set import NodeSet, union_of
 from ..errors import NOTHING_FITS, EvaluationError
 from ..progress import Progress, finish
-from .wavefront import NEVER, backward_front, forward_front, wave_steps
+from .wavefront import NEVER, wave_steps
 
 #: Seconds for which the paper shows what lies within reach (Fig. 8).
 PAPER_TIMES = (2.0, 3.0, 5.0, 7.0)
@@ -69,7 +69,7 @@ class ReachField:
         return np.where(_bits(self._node_rows, plane, bit) & on_ground, frames, np.uint16(NEVER))
 
     def on_quickest_way(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """(n,) bool: whether the links from (n, 4) nodes to (n, 4) nodes are on a quickest way to the goal, or from it.
+        """(n,) bool: True for links from (n, 4) nodes to (n, 4) nodes on a quickest way to the goal, or from it.
 
         Exactly: what the link takes is what the times differ by. Every node with a time other than 0 has such a link
         (out of it backwards, into it forwards), so that whoever follows them arrives after just that time.
@@ -92,16 +92,6 @@ class ReachField:
             frames[:, :, heading] = here
         return frames
 
-    def seconds(self) -> np.ndarray:
-        """(nx, ny, n_headings, n_segments) float32: seconds of every node; infinite where there is no way, or no node.
-
-        For small problems: four bytes for each place and segment.
-        """
-        seconds = np.empty(self.embedding.shape, dtype=np.float32)
-        for segment in range(self.embedding.shape[3]):
-            seconds[..., segment] = self._in_seconds(self.frames_of(segment))
-        return seconds
-
     def quickest(self) -> np.ndarray:
         """(nx, ny, n_headings) float32: seconds of the best segment to have come by; infinite where there is no way."""
         return self._in_seconds(self._quickest_frames.transpose(1, 2, 0))
@@ -116,23 +106,8 @@ class ReachField:
         return float(n_cells * self.embedding.environment.grid.cell_size**2)
 
     def areas(self, times: Sequence[float] = PAPER_TIMES) -> list[float]:
-        """Square metres within each of some times, by default those of the paper's Fig. 8."""
+        """Return the square metres within each of some times, by default those of the paper's Fig. 8."""
         return [self.area_within(time) for time in times]
-
-    def bands(self, times: Sequence[float] = PAPER_TIMES) -> np.ndarray:
-        """(nx, ny) int: for the maps of Fig. 8: the index of the first of the ascending ``times`` that suffices,
-        len(times) where none does."""
-        limits = np.array([self._whole_frames(time) for time in times])
-        return np.searchsorted(limits, self._quickest_frames.min(axis=0), side="left")
-
-    def within(self, time: float) -> NodeSet:
-        """The nodes whose time is at most ``time`` seconds, as a set of the embedding's network."""
-        pack, limit = self.embedding.network.layout.pack, self._whole_frames(time)
-        reached = [[pack(cells) for cells in group <= limit] for group in self.frames]
-        nodes: list[int] = []
-        for group in self.group_of:
-            nodes += reached[group]
-        return NodeSet(tuple(nodes)) & self.embedding.nodes | self.goal
 
     def histogram(self) -> np.ndarray:
         """(n,) int: how many nodes have a time of 0, 1, 2, ... frames; nodes out of reach are in no place."""
@@ -192,9 +167,12 @@ def _bits(rows: np.ndarray, row: np.ndarray, bit: np.ndarray) -> np.ndarray:
 
 
 def round_times(seconds: np.ndarray) -> tuple[float, ...]:
-    """Up to four ascending round times, within which about 20, 50, 80 and 95 % of the places with a finite time lie.
+    """Choose up to four ascending round times, within which about 20, 50, 80 and 95 % of some times lie.
 
     ``seconds`` is an array of any shape, not finite where there is no time. (1.0,) if there is none at all.
+
+    >>> round_times(np.array([0.4, 1.9, 2.2, 3.1, 9.7, np.inf]))
+    (1.5, 2.0, 4.0, 8.0)
     """
     known = seconds[np.isfinite(seconds)]
     if not known.size:
@@ -215,7 +193,7 @@ def _rounded(seconds: float) -> float:
 def time_to_reach_steps(
     embedding: Embedding, goal: NodeSet, limit: float | None = None
 ) -> Generator[Progress, None, ReachField]:
-    """Exact shortest time from every node of the embedding to a set of its nodes.
+    """Find the exact shortest time from every node of the embedding to a set of its nodes.
 
     Parameters
     ----------
@@ -232,35 +210,38 @@ def time_to_reach_steps(
         The times would take more than ``embedding.settings.memory_limit`` bytes.
     """
     goal = _within(embedding, goal)
-    frames = yield from merged_frames_steps(embedding, goal, _last_frame(embedding, limit))
+    frames = yield from exit_frames_steps(embedding, goal, _last_frame(embedding, limit))
     group_of = tuple(embedding.network.exit_group_of)
     return ReachField(embedding, goal, False, np.inf if limit is None else limit, frames, group_of)
 
 
-def merged_frames_steps(
+def exit_frames_steps(
     embedding: Embedding,
     goal: NodeSet,
     last: int | None = None,
     delayed: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Generator[Progress, None, np.ndarray]:
-    """(n_merges, n_headings, nx, ny) uint16: least frames of ways by at least one link to ``goal``, or to one of the
-    ``delayed`` nodes (n, 4) and from there as many frames (n,) more; 65535 where there is none within ``last``."""
+    """Find the least frames of ways by at least one link to ``goal``, for each exit group.
+
+    Ways may also end at one of the ``delayed`` nodes (n, 4), and from there take as many frames (n,) more. Returns
+    (n_exit_groups, n_headings, nx, ny) uint16; 65535 where there is none within ``last``.
+    """
     network = embedding.network
-    of_forks = yield from wave_steps(embedding, backward_front(embedding), goal, last, delayed)
-    # A node's time is the least that its segment's children say, and those are told apart by forks.
+    of_entries = yield from wave_steps(embedding, False, goal, last, delayed)
+    # A node's time is the least that its segment's children say, and those differ by entry group.
     nx, ny, n_headings, _ = embedding.shape
     frames = np.empty((len(network.entry_groups_after), n_headings, nx, ny), dtype=np.uint16)
-    least = np.empty(of_forks.shape[1:], dtype=np.uint16)
-    for merged, forks in zip(frames, network.entry_groups_after, strict=True):
+    least = np.empty(of_entries.shape[1:], dtype=np.uint16)
+    for out, entry_groups in zip(frames, network.entry_groups_after, strict=True):
         least.fill(NEVER)
-        for fork in forks:
-            np.minimum(least, of_forks[fork], out=least)
-        merged[...] = _ground(least, embedding)
+        for entry_group in entry_groups:
+            np.minimum(least, of_entries[entry_group], out=least)
+        out[...] = _ground(least, embedding)
     return frames
 
 
 def mean_time_to_reach(embedding: Embedding, goal: NodeSet) -> float:
-    """Mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
+    """Return the mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
 
     A number to compare embeddings by, as :class:`.size.Objective` wants it.
     """
@@ -273,7 +254,7 @@ def mean_time_to_reach(embedding: Embedding, goal: NodeSet) -> float:
 def time_from_steps(
     embedding: Embedding, start: NodeSet, limit: float | None = None
 ) -> Generator[Progress, None, ReachField]:
-    """Exact shortest time from a set of nodes of the embedding to every node; see :func:`time_to_reach_steps`."""
+    """Find the exact shortest time from a set of nodes to every node; as :func:`time_to_reach_steps` does it back."""
     network = embedding.network
     start = _within(embedding, start)
     last = _last_frame(embedding, limit)
@@ -282,7 +263,7 @@ def time_from_steps(
         for parents in network.parents
         for heading in range(network.n_headings)
     ]
-    frames = yield from wave_steps(embedding, forward_front(embedding), NodeSet(tuple(seed)), last)
+    frames = yield from wave_steps(embedding, True, NodeSet(tuple(seed)), last)
     frames = np.ascontiguousarray(_ground(frames, embedding))
     limit = np.inf if limit is None else limit
     return ReachField(embedding, start, True, limit, frames, tuple(range(network.n_segments)))

@@ -35,7 +35,15 @@ class SegmentGroup:
 
 
 def segment_groups(graph: MotionGraph, kind: Grouping) -> list[SegmentGroup]:
-    """All segments, clips or tags of a motion graph; clips in their order, tags by name."""
+    """Return all segments, clips or tags of a motion graph; clips in their order, tags by name.
+
+    >>> from ..motion.graph import MotionSegment
+    >>> step = MotionSegment("step", 0, 0, 1, np.zeros((2, 3)), 1 / 30, {"hop": np.ones(2, dtype=bool)})
+    >>> walk = MotionSegment("walk", 0, 1, 2, np.zeros((2, 3)), 1 / 30, {})
+    >>> graph = MotionGraph((), 30.0, (step, walk), np.array([[0, 1]]), np.zeros(1))
+    >>> [(found.name, found.segments) for kind in Grouping for found in segment_groups(graph, kind)]
+    [('step', (0,)), ('walk', (1,)), ('clip 0', (0, 1)), ('hop', (0,))]
+    """
     indices = range(len(graph.segments))
     if kind is Grouping.SEGMENT:
         return [SegmentGroup(kind, graph.segments[i].name, (i,)) for i in indices]

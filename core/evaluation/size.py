@@ -1,4 +1,4 @@
-"""How much of the ground an embedding reaches: the numbers that two embeddings of one scene are compared by."""
+"""The size of an embedding: the numbers that two embeddings of one scene are compared by."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class EmbeddingSize:
-    """What an embedding reaches.
+    """The size of an embedding.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ def mean_time_to(goal: NodeSet, place: str) -> Objective:
 
 
 def embedding_size(embedding: Embedding, objective: Objective | None = None) -> EmbeddingSize:
-    """Floor, places, nodes and links of an embedding, and an objective if one is given."""
+    """Return floor, places, nodes and links of an embedding, and an objective if one is given."""
     covered = embedding.covered()
     n_cells = int(np.count_nonzero(covered.any(axis=2)))
     n_free = int(np.count_nonzero(floor_cells(embedding)))

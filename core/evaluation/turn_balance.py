@@ -58,7 +58,7 @@ def turn_balance(embedding: Embedding) -> TurnBalance:
     network, stencils = embedding.network, embedding.unrolling.stencils
     nx, ny, n_headings, _ = embedding.shape
     unpack = network.layout.unpack
-    # starting[heading][fork]: the turn and start cells of each stencil that is played from there.
+    # starting[heading][entry group]: the turn and start cells of each stencil that is played from there.
     starting: list[dict[int, list[tuple[int, int]]]] = [{} for _ in range(n_headings)]
     rows = zip(stencils.segment.tolist(), stencils.heading.tolist(), stencils.turn.tolist(), embedding.able_starts())
     for segment, heading, turn, able in rows:
@@ -67,11 +67,11 @@ def turn_balance(embedding: Embedding) -> TurnBalance:
     radians = {1: np.zeros((nx, ny)), -1: np.zeros((nx, ny))}
     n_links = {1: 0, -1: 0, 0: 0}
     step = embedding.environment.grid.heading_step
-    for heading, forks in enumerate(starting):
+    for heading, entry_groups in enumerate(starting):
         standing = np.stack([unpack(plane) for plane in embedding.planes[heading::n_headings]])
-        for fork, moves in forks.items():
+        for entry_group, moves in entry_groups.items():
             # How many nodes stand in each cell that any of these links may start from.
-            alive = standing[network.parents[network.entry_groups[fork][0]]].sum(axis=0, dtype=np.int32)
+            alive = standing[network.parents[network.entry_groups[entry_group][0]]].sum(axis=0, dtype=np.int32)
             for turn, able in moves:
                 links = alive * unpack(able)
                 side = (turn > 0) - (turn < 0)

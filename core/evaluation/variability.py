@@ -18,18 +18,6 @@ from .floor import floor_cells
 _MESSAGE = "Counting ways"
 
 
-def segment_variability(embedding: Embedding) -> np.ndarray:
-    """(nx, ny, n_headings, n_segments) int64: in-degree x out-degree of every node (eq. 1); 0 where there is none.
-
-    Eight bytes for each segment at each p: for small grounds. :func:`segment_variability_of` gives one segment.
-    """
-    dense = np.empty(embedding.shape, dtype=np.int64)
-    degrees = Degrees(embedding)
-    for segment in range(embedding.shape[3]):
-        dense[..., segment] = _segment_map(embedding.network, degrees, segment)
-    return dense
-
-
 def segment_variability_of(embedding: Embedding, segment: int) -> np.ndarray:
     """(nx, ny, n_headings) int64: in-degree x out-degree of the nodes of one segment (eq. 1); 0 where there is none.
 
@@ -40,15 +28,21 @@ def segment_variability_of(embedding: Embedding, segment: int) -> np.ndarray:
     """
     if not 0 <= segment < embedding.shape[3]:
         raise IndexError(f"There is no segment {segment} in a motion graph of {embedding.shape[3]} segments.")
-    return _segment_map(embedding.network, Degrees(embedding), segment)
+    network, degrees = embedding.network, Degrees(embedding)
+    group = network.exit_group_of[segment]
+    blocks = [
+        _numbers(network, product(degrees.incoming(segment, block), degrees.outgoing(group, block)))
+        for block in range(network.packing.n_blocks)
+    ]
+    return np.concatenate(blocks, axis=2)
 
 
 def variability_counts(embedding: Embedding, degrees: Degrees, block: int) -> list[BitCounts]:
-    """For each segment the tally of segment variability (eq. 1) over a block of headings."""
+    """Count segment variability (eq. 1) over a block of headings, for each segment."""
     exit_group_of = embedding.network.exit_group_of
     return [
-        product(degrees.incoming(segment, block), degrees.outgoing(merge, block))
-        for segment, merge in enumerate(exit_group_of)
+        product(degrees.incoming(segment, block), degrees.outgoing(group, block))
+        for segment, group in enumerate(exit_group_of)
     ]
 
 
@@ -61,17 +55,17 @@ def variability(embedding: Embedding) -> np.ndarray:
 
 
 def variability_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]:
-    """As :func:`variability`, as a generator that yields progress."""
+    """Return what :func:`variability` does. Yields progress."""
     network, degrees = embedding.network, Degrees(embedding)
     ways = np.empty(embedding.shape[:3], dtype=np.int64)
     for block in range(network.packing.n_blocks):
         total = BitCounter()
-        for merge, members in enumerate(network.exit_groups):
-            yield Progress((block + merge / len(network.exit_groups)) / network.packing.n_blocks, _MESSAGE)
+        for group, members in enumerate(network.exit_groups):
+            yield Progress((block + group / len(network.exit_groups)) / network.packing.n_blocks, _MESSAGE)
             arriving = BitCounter()
             for segment in members:
                 arriving.add_counts(degrees.incoming(segment, block))
-            total.add_counts(product(arriving.total(), degrees.outgoing(merge, block)))
+            total.add_counts(product(arriving.total(), degrees.outgoing(group, block)))
         first = block * network.packing.headings
         ways[:, :, first : first + network.packing.headings] = _numbers(network, total.total())
         degrees.forget(block)
@@ -93,8 +87,8 @@ def heading_variability(embedding: Embedding, heading: int) -> np.ndarray:
     block, place = divmod(heading, packing.headings)
     here = packing.pack([network.layout.ground if i == place else 0 for i in range(packing.headings)])[0]
     degrees, total = Degrees(embedding), BitCounter()
-    for segment, merge in enumerate(network.exit_group_of):
-        total.add_product(masked(degrees.incoming(segment, block), here), degrees.outgoing(merge, block))
+    for segment, group in enumerate(network.exit_group_of):
+        total.add_product(masked(degrees.incoming(segment, block), here), degrees.outgoing(group, block))
     return _numbers(network, total.total())[:, :, place]
 
 
@@ -108,46 +102,30 @@ def integrated_variability_steps(embedding: Embedding) -> Generator[Progress, No
     network, degrees = embedding.network, Degrees(embedding)
     sums = np.zeros(network.n_segments, dtype=np.int64)
     for block in range(network.packing.n_blocks):
-        for segment, merge in enumerate(network.exit_group_of):
+        for segment, group in enumerate(network.exit_group_of):
             yield Progress((block + segment / network.n_segments) / network.packing.n_blocks, _MESSAGE)
-            sums[segment] += sum_of_products(degrees.incoming(segment, block), degrees.outgoing(merge, block))
+            sums[segment] += sum_of_products(degrees.incoming(segment, block), degrees.outgoing(group, block))
         degrees.forget(block)
     return sums
 
 
-def coverage(embedding: Embedding) -> np.ndarray:
-    """(nx, ny, n_headings) bool: whether the character can pass through p (eq. 3).
-
-    Variability is positive exactly where there is a node: in a strongly connected component, links lead to each of
-    its nodes and from it.
-    """
-    return embedding.covered()
-
-
 def coverage_share(embedding: Embedding, whole: Embedding | None = None) -> float:
-    """Share of the free floor that the character can pass through in at least one heading; 0 if there is none.
+    """Return the share of the free floor that the character can pass in at least one heading; 0 if there is none.
+
+    Coverage (eq. 3) is where variability is positive, and that is where there is a node: in a strongly connected
+    component, links lead to each of its nodes and from it.
 
     The floor is that of ``whole``, if that is what ``embedding`` was pruned from: shares of one floor compare.
     """
-    covered = coverage(embedding).any(axis=2)
+    covered = embedding.covered().any(axis=2)
     return float(np.count_nonzero(covered) / max(np.count_nonzero(floor_cells(whole or embedding)), 1))
 
 
-def _segment_map(network: StepNetwork, degrees: Degrees, segment: int) -> np.ndarray:
-    """(nx, ny, n_headings) int64: segment variability of one segment."""
-    merge = network.exit_group_of[segment]
-    blocks = [
-        _numbers(network, product(degrees.incoming(segment, block), degrees.outgoing(merge, block)))
-        for block in range(network.packing.n_blocks)
-    ]
-    return np.concatenate(blocks, axis=2)
-
-
-def _numbers(network: StepNetwork, tally: BitCounts) -> np.ndarray:
-    """(nx, ny, headings of a block) int64: the counts of a tally of blocks."""
+def _numbers(network: StepNetwork, counts: BitCounts) -> np.ndarray:
+    """(nx, ny, headings of a block) int64: the counts of a counts of blocks."""
     layout = network.layout
     numbers = np.zeros((network.packing.headings, layout.nx, layout.ny), dtype=np.int64)
-    for digit, packed in enumerate(tally):
+    for digit, packed in enumerate(counts):
         for place, plane in enumerate(network.packing.unpack(packed)):
             numbers[place] += layout.unpack(plane).astype(np.int64) << digit
     return numbers.transpose(1, 2, 0)

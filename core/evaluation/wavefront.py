@@ -1,9 +1,9 @@
-"""Exact shortest times over a whole embedding, by waves that pass over whole planes of times.
+"""Exact shortest times over a whole embedding: Dial's buckets, over whole planes of times.
 
-Every link takes at least as long as the shortest segment, D frames. Times are therefore settled in windows of D
-frames: whatever lies in the window [t, t + D) cannot be improved any more by anything in it, and is passed on, once,
-by every stencil that moves it. Each stencil is then two array operations over all of its start cells, whose views are
-laid out before the first wave; nothing is sorted, and no link is stored.
+A bucket is a window of D frames, where D is the shortest segment's duration: every link takes at least as long, so that
+whatever lies in the window [t, t + D) cannot be improved any more by anything in it (Denardo and Fox 1979), and is
+passed on, once, by every stencil that moves it. Each stencil is then two array operations over all of its start cells,
+whose views are laid out before the first wave; nothing is sorted, and no link is stored.
 
 Times are kept in the narrowest type that holds a few windows and the longest segment (one byte, as a rule), counted
 from a base that moves along with the waves: the work is bound by memory, and one byte instead of two halves it.
@@ -17,6 +17,7 @@ import numpy as np
 from .. import wording
 from ..embedding.bitplane import PlaneLayout
 from ..embedding.embedding import Embedding
+from ..embedding.network import StepNetwork
 from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError
 from ..progress import Progress
@@ -30,55 +31,52 @@ STENCIL_BYTES = 1000
 
 @dataclass(frozen=True)
 class Front:
-    """What the waves run over: *tables* of times for every heading and cell, and who gathers and passes them on.
+    """Tables of times for every heading and cell, and the groups that gather and pass them on.
 
-    Backwards, a table belongs to a fork (the least time from its starts) and a group is a merge (the least of what
-    its forks say); forwards, a table belongs to a segment (when it arrives) and a group is a fork (when it starts).
+    Backwards, a table belongs to an entry group (the least time from its starts) and a group is an exit group (the
+    least of its entry groups); forwards, a table belongs to a segment (when it arrives) and a group is an entry group
+    (when it starts).
 
     Attributes
     ----------
     n_tables : int
-    gathered : for each group the tables whose least time it takes
+    sources : for each group the tables whose least time it takes
     players : for each group the segments that pass its time on, later by their duration
     table_of : for each segment the table that it writes to
     forwards : bool
     """
 
     n_tables: int
-    gathered: Sequence[Sequence[int]]
+    sources: Sequence[Sequence[int]]
     players: Sequence[Sequence[int]]
     table_of: Sequence[int]
     forwards: bool
 
-
-def backward_front(embedding: Embedding) -> Front:
-    network = embedding.network
-    return Front(
-        len(network.entry_groups),
-        network.entry_groups_after,
-        network.exit_groups,
-        network.entry_group_of,
-        forwards=False,
-    )
-
-
-def forward_front(embedding: Embedding) -> Front:
-    network = embedding.network
-    parents = [network.parents[members[0]] for members in network.entry_groups]
-    return Front(network.n_segments, parents, network.entry_groups, range(network.n_segments), forwards=True)
+    @classmethod
+    def of(cls, network: StepNetwork, forwards: bool) -> "Front":
+        if forwards:
+            parents = [network.parents[members[0]] for members in network.entry_groups]
+            return cls(network.n_segments, parents, network.entry_groups, range(network.n_segments), True)
+        return cls(
+            len(network.entry_groups), network.entry_groups_after, network.exit_groups, network.entry_group_of, False
+        )
 
 
 def wave_steps(
     embedding: Embedding,
-    front: Front,
+    forwards: bool,
     seed: NodeSet,
     limit: int | None = None,
     delayed: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Generator[Progress, None, np.ndarray]:
-    """Frames until each table's places, from the ``seed``: (n_tables, n_headings, n_bits) uint16, NEVER if not.
+    """Find the frames from the ``seed`` to each table's places, or back: (n_tables, n_headings, n_bits) uint16.
+
+    NEVER where there is no way.
 
     Parameters
     ----------
+    forwards : bool
+        False: times to the seed, a table for each entry group. True: times from it, a table for each segment.
     seed : NodeSet
         Where each segment is passed on at time 0: backwards its ends in the goal, forwards its starts.
     limit : int, optional
@@ -91,7 +89,7 @@ def wave_steps(
     EmbeddingError
         The times do not fit into the embedding's memory limit, or last longer than 65,534 frames.
     """
-    waves = _Waves(embedding, front)
+    waves = _Waves(embedding, Front.of(embedding.network, forwards))
     window, longest = waves.window, waves.longest
     # No time that is passed on from here is longer than 65,534 frames.
     horizon = NEVER - 1 - window - longest
@@ -135,7 +133,7 @@ class _Waves:
         shape = (front.n_tables, self._network.n_headings, layout.n_bits)
         self._times = np.full(shape, self._far, dtype=self._kind)
         self._settled = np.full(shape, NEVER, dtype=np.uint16)
-        self._gathered = np.full((len(front.gathered), *shape[1:]), self._far, dtype=self._kind)
+        self._gathered = np.full((len(front.sources), *shape[1:]), self._far, dtype=self._kind)
         self._passed = np.empty(shape[1:], dtype=self._kind)
         self._later = np.empty(shape[1:], dtype=self._kind)
         self._stencils = self._lay_out(moves)
@@ -171,13 +169,13 @@ class _Waves:
             self._spread(segment, used)
 
     def pass_on(self, now: int) -> bool:
-        """Pass on all times in the window that begins at frame ``now``; whether there were any."""
+        """Pass on all times in the window that begins at frame ``now``; return True if there were any."""
         if now + self.window - 1 + self.longest - self._base >= self._far:
             self.settle()
             self._move_base(now - 1)
         fresh, self._changed = self._changed, [False] * len(self._changed)
         any_passed = False
-        for group, tables in enumerate(self._front.gathered):
+        for group, tables in enumerate(self._front.sources):
             least = self._gathered[group]
             for table in tables:
                 if fresh[table]:
@@ -228,8 +226,8 @@ class _Waves:
         self._base = base
 
     def _lay_out(self, moves: list[tuple[int, int, int, int, int]]) -> list[list[list[tuple[np.ndarray, ...]]]]:
-        """For each segment and heading of the times passed on: views of each stencil's moving times, of what bars
-        them, of room for the result, and of the times where they arrive."""
+        """Lay out views for each segment and heading of the times passed on: of each stencil's moving times, of what
+        bars them, of room for the result, and of the times where they arrive."""
         layout, passed, forwards = self._layout, self._passed, self._front.forwards
         able = [move[4] for move in moves]
         # Forwards, what arrives around a tiled ground started in its halo.
@@ -280,7 +278,7 @@ def _repetitions(halo: int, n: int, total: int) -> Iterator[tuple[slice, slice]]
 
 
 def _progress(now: int, limit: int | None, embedding: Embedding) -> Progress:
-    """How far the waves are: towards the limit, or across the ground at a metre per second and then to corners."""
+    """Estimate how far the waves are: towards the limit, or across the ground at a metre per second."""
     if limit is not None:
         return Progress(now / (max(now, limit) + 1), "Following links")
     nx, ny, _, _ = embedding.shape
@@ -289,11 +287,13 @@ def _progress(now: int, limit: int | None, embedding: Embedding) -> Progress:
 
 
 def needed_bytes(embedding: Embedding, front: Front, n_stencils: int, item_size: int) -> float:
-    """About how many bytes the waves take at their peak, never less and at most twice as many: a time for every bit of
-    the planes of all stencils, tables and groups, two more bytes for the tables, the stencils' planes and their single
-    bits while they are unpacked, and what is known of each stencil."""
+    """Estimate the bytes that the waves take at their peak, never less and at most twice as many.
+
+    A time for every bit of the planes of all stencils, tables and groups, two more bytes for the tables, the stencils'
+    planes and their single bits while they are unpacked, and what is known of each stencil.
+    """
     n_bits, n_headings = embedding.network.layout.n_bits, embedding.network.n_headings
-    n_tables, n_groups = front.n_tables * n_headings, (len(front.gathered) + 4) * n_headings
+    n_tables, n_groups = front.n_tables * n_headings, (len(front.sources) + 4) * n_headings
     times = n_stencils * (item_size + (1.5 if item_size > 1 else 0.5)) + n_tables * (item_size + 2)
     return n_bits * (times + n_groups * item_size + 8) + n_stencils * STENCIL_BYTES
 

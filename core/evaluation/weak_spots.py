@@ -208,6 +208,12 @@ def weak_spots_steps(
 def connected_areas(mask: np.ndarray, tiled: bool, diagonal: bool = False) -> list[np.ndarray]:
     """Find the connected parts of an (nx, ny) or (nx, ny, n_headings) bool mask: (2 or 3, n) int arrays of cells.
 
+    >>> row = np.array([[1, 1, 0, 1]], dtype=bool)
+    >>> [area.T.tolist() for area in connected_areas(row, tiled=False)]
+    [[[0, 0], [0, 1]], [[0, 3]]]
+    >>> len(connected_areas(row, tiled=True))
+    1
+
     Neighbours share a side, or with ``diagonal`` at least a corner. Headings join at 360 degrees; x and y join at the
     edges if ``tiled``.
     """

@@ -1,4 +1,4 @@
-"""Why is a place not in the embedding? A reason for every grid element, and the links that the scene cost."""
+"""Reasons why a grid element is not in the embedding, and the links that the scene cost."""
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
@@ -115,7 +115,7 @@ def floor_reasons(reasons: np.ndarray) -> np.ndarray:
 
 
 def rule_labels(environment: Environment) -> str:
-    """What the environment's regions require, if they all require the same."""
+    """Return the label of what the environment's regions require, if they all require the same."""
     tags = {region.tag for region in environment.regions if region.rule is RegionRule.REQUIRE}
     return f"Crossed by '{tags.pop()}' Only" if len(tags) == 1 else REASON_LABELS[Reason.RULE]
 

@@ -9,7 +9,7 @@ from ..embedding.embedding import Embedding
 from ..errors import EmbeddingError
 from ..evaluation.floor import floor_cells
 from ..evaluation.occupancy import occupancy_steps
-from ..evaluation.variability import coverage, heading_variability, segment_variability_of, variability_steps
+from ..evaluation.variability import heading_variability, segment_variability_of, variability_steps
 from ..progress import Progress
 from ..wording import counted
 from .colors import lightest_value, lightness, scaled_colors
@@ -77,7 +77,7 @@ def _coverage_steps(embedding: Embedding, options: MapOptions) -> Generator[Prog
     yield Progress(0.0, "Counting headings")
     heading = options.heading_index(embedding)
     if heading is None:
-        values, noun = coverage(embedding).sum(axis=2), "heading"
+        values, noun = embedding.covered().sum(axis=2), "heading"
     else:
         unpack, n_headings = embedding.unrolling.layout.unpack, embedding.shape[2]
         alive = [unpack(plane) for plane in embedding.planes[heading::n_headings]]

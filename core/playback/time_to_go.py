@@ -8,7 +8,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.link_reader import PlaneBits
 from ..embedding.node_set import NodeSet
 from ..errors import WalkError
-from ..evaluation.reach import merged_frames_steps
+from ..evaluation.reach import exit_frames_steps
 from ..evaluation.wavefront import NEVER
 from ..progress import Progress, portion
 
@@ -83,13 +83,13 @@ def time_to_go_steps(
     for index in range(len(goals) - 1, -1, -1):
         done = len(tables) / len(goals)
         if not tables:
-            steps = merged_frames_steps(embedding, goals[index], last)
+            steps = exit_frames_steps(embedding, goals[index], last)
         else:
             rest = TimeToGo(embedding, goals[index + 1 :], tables)
             rows = rows_of(embedding, goals[index])
             left = rest.frames_at(0, rows)
             able = left <= (NEVER - 1 if last is None else last)
-            steps = merged_frames_steps(embedding, nothing, last, (rows[able], left[able]))
+            steps = exit_frames_steps(embedding, nothing, last, (rows[able], left[able]))
         table = yield from portion(steps, done, done + 1 / len(goals))
         tables.insert(0, table)
     return TimeToGo(embedding, goals, tables)

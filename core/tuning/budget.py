@@ -3,10 +3,10 @@
 The k-rule of :mod:`.local_pruning` promises neither a size nor what is left. Here both are settings: how large the
 result may be, and how much of what the embedding is good for may be lost. What is promised is checked on the result.
 
-The result grows from a skeleton (see :mod:`.spanning`), which covers every place with few links; only if even that is
-too large, places are given up, the most remote ones first, as far as is allowed - or local pruning is the start, if
-that covers more. What the budget has left is filled with the best nodes. Whatever is added to the start can only add
-places, so that bisection finds the most that fits.
+The result grows from a spanning subgraph (see :mod:`.spanning`), which covers every place with few links; only if even
+that is too large, places are given up, the most remote ones first, as far as is allowed - or local pruning is the
+start, if that covers more. What the budget has left is filled with the best nodes. Whatever is added to the start can
+only add places, so that bisection finds the most that fits.
 """
 
 from collections.abc import Generator
@@ -16,13 +16,13 @@ from enum import Enum
 import numpy as np
 
 from .. import wording
+from ..embedding.closure import reached_from_steps, reaching_steps
 from ..embedding.embedding import Embedding, with_nodes
 from ..embedding.node_set import NodeSet
 from ..errors import TuningError
 from ..evaluation.size import Objective
 from ..progress import Progress, portion
 from .filling import Filling, FillOrder, filling_steps
-from .growth import component_around_steps
 from .local_pruning import prune_local_steps
 from .spanning import Places, SpanningPlan, covered_places, plan_spanning_steps, spanning_steps
 
@@ -39,16 +39,19 @@ _MEASURED = 1000
 
 
 def table_bytes(n_nodes: int, n_links: int) -> int:
-    """Bytes of an engine's table of an embedding: 12 for each node, 4 for each link and 4 to close the last row.
+    """Return the bytes of an engine's table of an embedding: 12 for each node, 4 for each link and 4 for the last row.
 
     A node takes x, y, heading and segment as uint16 and the index of its first link as uint32; a link the index of
     its destination as uint32. Durations are those of the destination's segment.
+
+    >>> table_bytes(n_nodes=2, n_links=3)
+    40
     """
     return n_nodes * NODE_BYTES + n_links * LINK_BYTES + LINK_BYTES
 
 
 class Limit(Enum):
-    """What a budget counts."""
+    """The units that a budget can count."""
 
     LINKS = "Links"
     BYTES = "Bytes"
@@ -56,7 +59,7 @@ class Limit(Enum):
 
 @dataclass(frozen=True)
 class BudgetSettings:
-    """What a pruned embedding may cost, and what it must still be good for.
+    """Limits to what a pruned embedding may cost, and to what it may lose.
 
     Attributes
     ----------
@@ -92,7 +95,7 @@ class BudgetSettings:
             )
 
     def cost(self, n_nodes: int, n_links: int) -> int:
-        """What the budget counts."""
+        """Count an embedding's size in the units of the budget."""
         return n_links if self.limit is Limit.LINKS else table_bytes(n_nodes, n_links)
 
 
@@ -150,13 +153,13 @@ class BudgetedPruning:
 def prune_to_budget_steps(
     embedding: Embedding, settings: BudgetSettings, order: FillOrder | None = None
 ) -> Generator[Progress, None, BudgetedPruning]:
-    """The embedding pruned to a budget of links or bytes, with promises about what is left.
+    """Prune an embedding to a budget of links or bytes, with promises about what is left.
 
     Parameters
     ----------
     order : FillOrder, optional
-        What is kept beyond the skeleton; by default the best nodes at each place, like local pruning. With an objective
-        that this fails to keep low, the other order is tried, too.
+        What is kept beyond the spanning subgraph; by default the best nodes at each place, like local pruning. With an
+        objective that this fails to keep low, the other order is tried, too.
 
     Returns
     -------
@@ -208,7 +211,7 @@ class _Trial:
         return int(np.count_nonzero(covered_places(candidate, self.settings.places)))
 
     def prefers(self, candidate: Embedding, to: Embedding) -> bool:
-        """Whether a candidate fits and covers enough, and more than another one, if that fits, too."""
+        """Return True if a candidate fits and covers enough, and more than another one, if that fits, too."""
         n_places = self.places(candidate)
         if not self.fits(candidate) or n_places < self.n_required:
             return False
@@ -221,7 +224,7 @@ class _Trial:
         return self.cost(candidate) <= self.settings.budget
 
     def keeps_objective(self, candidate: Embedding) -> bool:
-        """Also where it is infinite before; never where it is not a number."""
+        """Return True if the objective has not grown too far, also from infinity; never where it is not a number."""
         if self.settings.objective is None or self.objective_before is None or candidate is self.embedding:
             return True
         return float(self.settings.objective.of(candidate)) <= self.settings.objective_growth * self.objective_before
@@ -242,7 +245,7 @@ class _Trial:
 
 
 def _core_steps(plan: SpanningPlan, trial: _Trial) -> Generator[Progress, None, Embedding]:
-    """The skeleton of as many places as fit into the budget, but of no fewer than are required.
+    """Find the spanning subgraph of as many places as fit into the budget, but of no fewer than are required.
 
     The most remote places, in links from the centre, are given up first. No nodes, if none is required or fits.
     """
@@ -320,5 +323,7 @@ def _filled_steps(trial: _Trial, filling: Filling, core: Embedding) -> Generator
 
 def _grown_steps(trial: _Trial, filling: Filling, core: NodeSet, n_steps: int) -> Generator[Progress, None, Embedding]:
     within = core | filling.nodes(n_steps)
-    nodes = yield from component_around_steps(trial.embedding, core, within)
+    network = trial.embedding.network
+    reached = yield from portion(reached_from_steps(network, core, within), 0.0, 0.5)
+    nodes = yield from portion(reaching_steps(network, core, reached), 0.5, 1.0)
     return with_nodes(trial.embedding, nodes)

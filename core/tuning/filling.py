@@ -1,4 +1,4 @@
-"""In which order nodes are added to a skeleton while the budget lasts."""
+"""Orders in which nodes are added to a spanning subgraph while the budget lasts."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from ..evaluation.bit_counter import BitCounts, constant, less
 from ..evaluation.degrees import Degrees
 from ..evaluation.variability import variability_counts
 from ..progress import Progress
-from .ranking import ranks_steps
+from .local_pruning import ranks_steps
 
 
 class FillOrder(Enum):
-    """Which nodes come first."""
+    """The nodes that come first."""
 
     PLACES = "Best at Each Place"
     """The best node of every place, then the second best, and so on: every place gets its share, like local pruning."""
@@ -33,7 +33,7 @@ class Filling:
     ----------
     embedding : Embedding
     levels : list of BitCounts
-        For each block of headings of the embedding's nodes, the tally of their levels; the nodes of level 0 come first.
+        For each block of headings of the embedding's nodes, their levels; the nodes of level 0 come first.
     n_levels : int
     """
 
@@ -56,10 +56,10 @@ class Filling:
         level, rest = divmod(n_steps, len(self.levels) * self._block_bits)
         block, bit = divmod(rest, self._block_bits)
         taken, packing = [], self.embedding.network.packing
-        for index, (everyone, tally) in enumerate(zip(packing.pack(self.embedding.planes), self.levels, strict=True)):
-            nodes = everyone & less(tally, constant(level, everyone))
+        for index, (everyone, counts) in enumerate(zip(packing.pack(self.embedding.planes), self.levels, strict=True)):
+            nodes = everyone & less(counts, constant(level, everyone))
             if index <= block:
-                last = everyone & less(tally, constant(level + 1, everyone))
+                last = everyone & less(counts, constant(level + 1, everyone))
                 nodes |= last if index < block else last & ((1 << bit) - 1)
             taken.append(nodes)
         return packing.unpack_all(taken)
@@ -71,11 +71,11 @@ def filling_steps(embedding: Embedding, order: FillOrder) -> Generator[Progress,
         levels = yield from ranks_steps(embedding)
     else:
         levels = yield from _variability_levels_steps(embedding)
-    return Filling(embedding, levels, 1 << max((len(tally) for tally in levels), default=0))
+    return Filling(embedding, levels, 1 << max((len(counts) for counts in levels), default=0))
 
 
 def _variability_levels_steps(embedding: Embedding) -> Generator[Progress, None, list[BitCounts]]:
-    """How far each node's segment variability lies under the highest number with as many binary digits."""
+    """Subtract each node's segment variability from the highest number with as many binary digits."""
     packing, degrees = embedding.network.packing, Degrees(embedding)
     nodes = packing.pack(embedding.planes)
     values: list[BitCounts] = [[] for _ in nodes]

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..embedding.embedding import Embedding, restrict_steps
-from ..embedding.node_set import NodeSet
+from ..embedding.embedding import Embedding
 from ..errors import TuningError
+from ..evaluation.ablation import without_steps
 from ..evaluation.variability import coverage_share, integrated_variability_steps
 from ..progress import Progress, portion
 
@@ -39,7 +39,7 @@ class DroppedSegment:
 
 @dataclass(frozen=True)
 class GlobalPruning:
-    """What global pruning kept, and what it dropped, in that order.
+    """The embedding that global pruning kept, and the segments that it dropped, in that order.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progr
         sums = yield from portion(integrated_variability_steps(embedding), start, middle)
         worst = left.pop(int(np.argmin(sums[left])))
         if sums[worst]:
-            embedding = yield from portion(restrict_steps(embedding, _without(embedding, worst)), middle, end)
+            embedding = yield from portion(without_steps(embedding, [worst]), middle, end)
         dropped.append(
             DroppedSegment(
                 worst,
@@ -96,7 +96,3 @@ def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progr
             )
         )
     return GlobalPruning(embedding, tuple(dropped))
-
-
-def _without(embedding: Embedding, segment: int) -> NodeSet:
-    return embedding.nodes.where(lambda index: index // embedding.shape[2] != segment)

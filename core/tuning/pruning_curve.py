@@ -5,13 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..embedding.embedding import Embedding, restrict_steps, with_nodes
-from ..embedding.node_set import NodeSet
+from ..embedding.embedding import Embedding, restrict_steps
 from ..evaluation.floor import floor_cells
-from ..evaluation.variability import coverage
 from ..progress import Progress, portion
-from .growth import component_around_steps
-from .ranking import ranked_below, ranks_steps
+from .local_pruning import ranked_below, ranks_steps
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,12 @@ class PruningCurve:
     coverage: np.ndarray
 
     def smallest_k(self, floor_coverage: float) -> int | None:
-        """The least k from which on no k covers less than this share of the free cells; None if there is none."""
+        """Return the least k from which on no k covers less than this share of the free cells; None if there is none.
+
+        >>> floor, none = np.array([0.2, 0.8, 0.9]), np.zeros(3)
+        >>> PruningCurve(np.array([1, 2, 3]), none, none, floor, none).smallest_k(0.75)
+        2
+        """
         enough = self.floor_coverage >= floor_coverage
         if not len(enough) or not enough[-1]:
             return None
@@ -45,9 +47,9 @@ class PruningCurve:
 
 
 def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, PruningCurve]:
-    """Local pruning for every k that makes a difference, and one that makes none; no entries if there are no nodes.
+    """Prune locally for every k that makes a difference, and one that makes none; no entries if there are no nodes.
 
-    Each entry is what ``prune_local(embedding, k)`` keeps. Nodes are ranked only once.
+    Each entry is what ``prune_local_steps(embedding, k)`` keeps. Nodes are ranked only once.
     """
     ranks = yield from portion(ranks_steps(embedding), 0.0, 0.1)
     rows: list[tuple[int, int, float, float]] = []
@@ -61,9 +63,10 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
         if nodes == embedding.nodes:
             pruned = embedding
         else:
-            steps = _largest_steps(embedding, nodes, pruned)
+            # What is kept for fewer nodes at each p is a part of what is kept for more.
+            steps = restrict_steps(embedding, nodes, pruned.nodes if pruned else None)
             pruned = yield from portion(steps, start, start + 0.9 / embedding.shape[3])
-        covered = coverage(pruned)
+        covered = pruned.covered()
         floor = np.count_nonzero(covered.any(axis=2)) / n_free
         share = np.count_nonzero(covered) / (n_free * embedding.shape[2])
         rows.append((pruned.n_nodes, pruned.n_links, floor, share))
@@ -71,17 +74,3 @@ def pruning_curve_steps(embedding: Embedding) -> Generator[Progress, None, Pruni
     return PruningCurve(
         np.arange(1, len(rows) + 1), n_nodes.astype(np.int64), n_links.astype(np.int64), floor_coverage, shares
     )
-
-
-def _largest_steps(
-    embedding: Embedding, nodes: NodeSet, smaller: Embedding | None
-) -> Generator[Progress, None, Embedding]:
-    """The largest component of ``nodes``, which hold all nodes of ``smaller``, a component of fewer of them.
-
-    What has grown around the smaller one is the largest if no more nodes than it has are left.
-    """
-    if smaller is not None and smaller.n_nodes:
-        grown = yield from portion(component_around_steps(embedding, smaller.nodes, nodes), 0.0, 0.5)
-        if 2 * len(grown) > len(nodes):
-            return with_nodes(embedding, grown)
-    return (yield from portion(restrict_steps(embedding, nodes), 0.5, 1.0))

@@ -1,7 +1,7 @@
-"""The skeleton of an embedding: few nodes, strongly connected, that still pass through every place.
+"""A small spanning subgraph of an embedding: few nodes, strongly connected, that still pass through every place.
 
 From one central node a tree of shortest ways leads to a node at every place, and from each of these a shortest way
-leads back, along ways that are in use already where there are any. Whatever holds the skeleton covers all its places:
+leads back, along ways that are in use already where there are any. Whatever holds the subgraph covers all its places:
 this is what budgeted pruning builds on.
 """
 
@@ -14,14 +14,14 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.node_set import NodeSet
 from ..evaluation.degrees import Degrees
-from ..evaluation.variability import coverage, variability_counts, variability_steps
+from ..evaluation.variability import variability_counts, variability_steps
 from ..progress import Progress, portion
 from .distance_layers import DistanceLayers, layers_from_steps, layers_to_steps
-from .ranking import best_at_each_place
+from .local_pruning import best_at_each_place
 
 
 class Places(Enum):
-    """What counts as a place that is covered."""
+    """The two kinds of places that can be covered."""
 
     CELLS = "Cells"
     """A cell (x, y), in any heading."""
@@ -31,13 +31,13 @@ class Places(Enum):
 
 def covered_places(embedding: Embedding, places: Places) -> np.ndarray:
     """(nx, ny, n) bool: the places that an embedding covers; n is 1 for cells and n_headings for elements."""
-    covered = coverage(embedding)
+    covered = embedding.covered()
     return covered.any(axis=2, keepdims=True) if places is Places.CELLS else covered
 
 
 @dataclass(frozen=True)
 class SpanningPlan:
-    """What skeletons of an embedding are made from.
+    """Distances from which spanning subgraphs of an embedding are made.
 
     Attributes
     ----------

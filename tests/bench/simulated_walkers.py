@@ -50,11 +50,11 @@ def simulated_occupancy(
     rate = embedding.graph.frame_rate
     first, last = round(settling * rate), round((settling + duration) * rate)
 
-    x, y, heading, merge = choice.random_nodes(n_walkers, rng)
+    x, y, heading, exit_group = choice.random_nodes(n_walkers, rng)
     clock, group = np.zeros(n_walkers, dtype=int), np.arange(n_walkers) % n_groups
     floor, segments, n_links = np.zeros((n_groups, nx * ny)), np.zeros(len(embedding.graph.segments)), 0
     while len(clock):
-        taken = choice.take(x, y, heading, merge, rng)
+        taken = choice.take(x, y, heading, exit_group, rng)
         n_links += len(taken)
         frames = clock[:, None] + np.arange(1, choice.passed_x.shape[1] + 1)
         counts = choice.played[taken] & (frames > first) & (frames <= last)
@@ -64,9 +64,9 @@ def simulated_occupancy(
         segments += np.bincount(walkers.segment[taken], counts.sum(axis=1), minlength=len(segments))
         clock = clock + choice.played[taken].sum(axis=1)
         x, y = (x + walkers.dx[taken]) % nx, (y + walkers.dy[taken]) % ny
-        heading, merge = walkers.turned[taken], walkers.merge[taken]
+        heading, exit_group = walkers.turned[taken], walkers.exit_group[taken]
         on = clock < last
-        x, y, heading, merge, clock, group = (a[on] for a in (x, y, heading, merge, clock, group))
+        x, y, heading, exit_group, clock, group = (a[on] for a in (x, y, heading, exit_group, clock, group))
     floor = free_ground(embedding.environment, floor.reshape(n_groups, nx, ny))
     total, shares = floor.sum(axis=0), floor / floor.sum(axis=(1, 2), keepdims=True)
     deviation = shares.std(axis=0, ddof=1) / np.sqrt(n_groups)
@@ -105,31 +105,31 @@ class _Choices:
         self.played = np.zeros((n_used, longest), dtype=bool)
         for i, (x, y) in enumerate(passed):
             self.passed_x[i, : len(x)], self.passed_y[i, : len(y)], self.played[i, : len(x)] = x, y, True
-        # options[merge * n_headings + heading]: stencils of the children, filled up with one that never leads anywhere.
-        follows = walkers.between().T[:, walkers.fork] > 0
+        # Stencils of the children by exit group and heading, filled up with one that never leads anywhere.
+        follows = walkers.between().T[:, walkers.entry_group] > 0
         options = [np.flatnonzero(row & (walkers.heading == h)) for row in follows for h in range(n_headings)]
         self._options = np.full((len(options), max(len(o) for o in options)), n_used)
         for i, found in enumerate(options):
             self._options[i, : len(found)] = found
 
-    def take(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray, merge: np.ndarray, rng) -> np.ndarray:
+    def take(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray, exit_group: np.ndarray, rng) -> np.ndarray:
         """(n,) used stencil that each walker takes: of those that lead to a node, each with the same probability."""
         at_once = max(LOOKED_UP // self._options.shape[1], 1)
         n_headings, ny = self._walkers.place_shape[0], self._walkers.layout.ny
         taken = []
         for start in range(0, len(x), at_once):
             chunk = slice(start, start + at_once)
-            options = self._options[merge[chunk] * n_headings + heading[chunk]]
+            options = self._options[exit_group[chunk] * n_headings + heading[chunk]]
             able = self._able[options, (x[chunk] * ny + y[chunk])[:, None]].cumsum(axis=1, dtype=np.int32)
             nth = rng.integers(able[:, -1])
             taken.append(options[np.arange(len(options)), np.argmax(able > nth[:, None], axis=1)])
         return np.concatenate(taken)
 
     def random_nodes(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-        """x, y, heading and merge of n nodes, each with the same probability."""
+        """x, y, heading and exit group of n nodes, each with the same probability."""
         alive = self._walkers.alive()
         place = np.searchsorted(
             np.cumsum(alive, dtype=np.float64), rng.integers(alive.sum(dtype=np.float64), size=n), "right"
         )
-        merge, heading, cell = np.unravel_index(place, alive.shape)
-        return cell // self._walkers.layout.ny, cell % self._walkers.layout.ny, heading, merge
+        exit_group, heading, cell = np.unravel_index(place, alive.shape)
+        return cell // self._walkers.layout.ny, cell % self._walkers.layout.ny, heading, exit_group

@@ -16,7 +16,6 @@ from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.evaluation.place import place_report
-from bl_ext.user_default.wayfarer.core.evaluation.variability import segment_variability
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import why_not_steps
 from bl_ext.user_default.wayfarer.core.maps.legend import ColorBar, MapLegend, Swatch
 from bl_ext.user_default.wayfarer.core.progress import finish
@@ -188,7 +187,8 @@ def test_the_numbers_of_a_place_are_those_of_the_maps(sample_settings):
     for step in ("build_motion_graph", "embed"):
         assert getattr(operators, step)() == {"FINISHED"}
     embedding = store.results(bpy.context.scene).embedding
-    ways, reasons, grid = segment_variability(embedding), finish(why_not_steps(embedding)), embedding.environment.grid
+    ways = embedding.in_degree().astype(np.int64) * embedding.out_degree()
+    reasons, grid = finish(why_not_steps(embedding)), embedding.environment.grid
     mask = embedding.node_mask()
     nx, ny, n_headings = grid.shape
     rng = np.random.default_rng(1)
@@ -232,7 +232,7 @@ def test_a_place_on_a_tiled_ground(sample_settings):
         assert getattr(operators, step)() == {"FINISHED"}
     embedding = store.results(bpy.context.scene).embedding
     assert embedding.environment.grid.tiled
-    ways = segment_variability(embedding).sum(axis=3)
+    ways = (embedding.in_degree().astype(np.int64) * embedding.out_degree()).sum(axis=3)
     for x, y in ((-3.4, -3.9), (3.45, 0.0), (0.0, 3.2)):
         cell = embedding.environment.grid.cells(np.array([x, y]))
         for tile in ((0, 0), (1, -2)):

@@ -17,15 +17,14 @@ from core.environment.grid import Grid
 from core.environment.regions import RegionMask, RegionRule
 from core.errors import TuningError
 from core.evaluation.size import Objective
-from core.evaluation.variability import coverage, coverage_share, integrated_variability_steps, segment_variability
+from core.evaluation.variability import coverage_share, integrated_variability_steps
 from core.progress import finish
 from core.tuning.budget import BudgetSettings, Limit, prune_to_budget_steps, table_bytes
 from core.tuning.distance_layers import layers_from_steps, layers_to_steps
 from core.tuning.filling import FillOrder, filling_steps
 from core.tuning.global_pruning import prune_global_steps
-from core.tuning.local_pruning import prune_local_steps
+from core.tuning.local_pruning import best_nodes_steps, prune_local_steps, ranked_below, ranks_steps
 from core.tuning.pruning_curve import pruning_curve_steps
-from core.tuning.ranking import best_nodes_steps, ranked_below, ranks_steps
 from core.tuning.spanning import Places, covered_places, plan_spanning_steps, spanning_steps
 
 from .geometry import box_triangles
@@ -138,7 +137,7 @@ def test_random_problems_have_places_of_equal_variability():
     n_ties = 0
     for seed in range(20):
         embedding = random_embedding(seed, False)
-        ways, mask = segment_variability(embedding), embedding.node_mask()
+        ways, mask = embedding.in_degree().astype(np.int64) * embedding.out_degree(), embedding.node_mask()
         for place in np.ndindex(mask.shape[:3]):
             there = ways[place][mask[place]]
             n_ties += len(np.unique(there)) < len(there)
@@ -162,7 +161,7 @@ def test_curve_equals_pruning_for_every_k(seed, tiled, packed):
         pruned = finish(prune_local_steps(embedding, k))
         assert (curve.n_nodes[row], curve.n_links[row]) == (pruned.n_nodes, pruned.n_links)
         assert curve.floor_coverage[row] == pytest.approx(coverage_share(pruned))
-        covered = coverage(pruned)
+        covered = pruned.covered()
         free = slow_floor(embedding.graph, embedding.environment, embedding.covered().any(axis=2))
         share = covered.sum() / max(free.sum() * embedding.shape[2], 1)
         assert curve.coverage[row] == pytest.approx(share)
@@ -179,7 +178,7 @@ def test_local_pruning_never_adds_anything(seed, tiled, k):
     embedding = random_embedding(seed, tiled)
     pruned = finish(prune_local_steps(embedding, k))
     assert not np.any(pruned.node_mask() & ~embedding.node_mask())
-    assert not np.any(coverage(pruned) & ~coverage(embedding))
+    assert not np.any(pruned.covered() & ~embedding.covered())
     assert pruned.n_links <= embedding.n_links
     everything = finish(prune_local_steps(embedding, embedding.shape[3]))
     assert everything.planes == embedding.planes and everything.n_links == embedding.n_links
@@ -285,7 +284,7 @@ def test_layers_are_distances_in_links(seed, tiled):
 def test_filling_takes_the_best_first(seed, tiled, order):
     embedding = random_embedding(seed, tiled)
     filling = finish(filling_steps(embedding, order))
-    mask, ways = embedding.node_mask(), segment_variability(embedding)
+    mask, ways = embedding.node_mask(), embedding.in_degree().astype(np.int64) * embedding.out_degree()
     assert filling.nodes(filling.n_steps) == embedding.nodes
     taken = np.zeros_like(mask)
     for n_steps in np.linspace(0, filling.n_steps, 9).astype(int).tolist():
@@ -362,7 +361,7 @@ def sample():
 
 
 def test_recorded_motion_pruned_locally(real):
-    mask, ways = real.node_mask(), segment_variability(real)
+    mask, ways = real.node_mask(), real.in_degree().astype(np.int64) * real.out_degree()
     nodes, links = real.to_csr()
     n_nodes, n_links, n_places = real.n_nodes, real.n_links, 10**9
     order = np.argsort(np.argsort(-np.where(mask, ways, -1), axis=3, kind="stable"), axis=3)
@@ -375,7 +374,7 @@ def test_recorded_motion_pruned_locally(real):
         _, label = connected_components(inside, connection="strong")
         largest = np.bincount(label).argmax()
         assert np.array_equal(np.argwhere(pruned.node_mask()), nodes[chosen[label == largest]])
-        covered = int(coverage(pruned).sum())
+        covered = int(pruned.covered().sum())
         assert (pruned.n_nodes, pruned.n_links, covered) < (n_nodes, n_links, n_places)
         n_nodes, n_links, n_places = pruned.n_nodes, pruned.n_links, covered
 

@@ -159,7 +159,13 @@ def candidates(embedding: Embedding, family: CandidateFamily | None = None, reti
 
 
 def move_words(length: float, turn: float) -> str:
-    """ "a 60 degree left turn over 0.9 m", "a straight walk of 0.8 m", "a 90 degree right turn on the spot"."""
+    """Describe a move of some metres and radians.
+
+    >>> move_words(0.9, np.radians(60)), move_words(0.8, 0.0)
+    ('a 60 degree left turn over 0.9 m', 'a straight walk of 0.8 m')
+    >>> move_words(0.0, np.radians(-90))
+    'a 90 degree right turn on the spot'
+    """
     degrees = round(abs(np.degrees(turn)))
     if degrees == 0:
         return f"a straight walk of {wording.rough(length)} m"

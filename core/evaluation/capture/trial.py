@@ -85,7 +85,7 @@ class Trials:
 
 
 def _may_hold(network: StepNetwork, new: NodeSet, within: NodeSet, size: int) -> Generator[Progress, None, bool]:
-    """Whether a strongly connected set of at least ``size`` with a node of ``new`` might lie in ``within``."""
+    """Return False if no strongly connected set of at least ``size`` with a node of ``new`` can lie in ``within``."""
     new = new & within
     reached = yield from portion(reached_from_steps(network, new, within), 0.0, 0.5)
     around = yield from portion(reaching_steps(network, new, reached), 0.5, 1.0)
