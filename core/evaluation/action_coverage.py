@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import wording
 from ..embedding.embedding import Embedding
+from ..embedding.node_set import union_of
 from .floor import floor_cells
 from .segment_groups import Grouping, SegmentGroup, segment_groups
 
@@ -59,13 +60,11 @@ class ActionCoverage:
 def action_coverage(embedding: Embedding, kind: Grouping = Grouping.CLIP) -> ActionCoverage:
     """Find where each segment, clip or tag of an embedding's motion graph can begin."""
     network, layout = embedding.network, embedding.network.layout
-    standing = [0] * (len(network.entry_groups) * network.n_headings)
-    for entry_group, members in enumerate(network.entry_groups):
-        for parent in network.parents[members[0]]:
-            for heading, plane in enumerate(
-                embedding.nodes.planes[parent * network.n_headings : (parent + 1) * network.n_headings]
-            ):
-                standing[entry_group * network.n_headings + heading] |= plane
+    standing = [
+        union_of(embedding.planes[parent * network.n_headings + heading] for parent in network.parents[members[0]])
+        for members in network.entry_groups
+        for heading in range(network.n_headings)
+    ]
     began = [0] * network.n_segments
     for segment, heading, _, _, able in network.moves_within(embedding.nodes):
         began[segment] |= able & standing[network.entry_group_of[segment] * network.n_headings + heading]
@@ -73,10 +72,7 @@ def action_coverage(embedding: Embedding, kind: Grouping = Grouping.CLIP) -> Act
     actions = tuple(segment_groups(embedding.graph, kind))
     begins = np.zeros((len(actions), *embedding.shape[:2]), dtype=bool)
     for index, action in enumerate(actions):
-        plane = 0
-        for segment in action.segments:
-            plane |= began[segment]
-        begins[index] = layout.unpack(plane)
+        begins[index] = layout.unpack(union_of(began[segment] for segment in action.segments))
     n_cells = np.count_nonzero(begins, axis=(1, 2))
     areas = n_cells * embedding.environment.grid.cell_size**2
     return ActionCoverage(actions, begins, areas, n_cells / max(int(np.count_nonzero(floor_cells(embedding))), 1))

@@ -30,8 +30,8 @@ class JointDeletion:
     ----------
     groups : tuple of SegmentGroup
         In the order in which they were chosen: those that cost least first.
-    before, left : EmbeddingSize
-        With all of them and with none.
+    before : EmbeddingSize
+        With all of them.
     allowed : float
         Share of the covered floor that might be lost, and of its positions and headings :data:`PLACES_FOR_FLOOR` times
         as much.
@@ -41,9 +41,13 @@ class JointDeletion:
 
     groups: tuple[SegmentGroup, ...]
     before: EmbeddingSize
-    left: EmbeddingSize
     allowed: float
     left_after: tuple[EmbeddingSize, ...]
+
+    @property
+    def left(self) -> EmbeddingSize:
+        """The size without any of them."""
+        return self.left_after[-1] if self.left_after else self.before
 
     @property
     def share(self) -> float:
@@ -131,8 +135,7 @@ def deletable_together_steps(
             # Another component may have become the largest, one that never needed what was refused: ask once more.
             known = [replace(entry, left=None) for entry in refused if entry.asked < len(chosen)]
             refused = [entry for entry in refused if entry.asked == len(chosen)]
-    left = left_after[-1] if left_after else before
-    return JointDeletion(tuple(chosen), before, left, allowed, tuple(left_after))
+    return JointDeletion(tuple(chosen), before, allowed, tuple(left_after))
 
 
 @dataclass(frozen=True)

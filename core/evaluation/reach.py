@@ -9,7 +9,7 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.node_set import NodeSet, union_of
 from ..errors import NOTHING_FITS, EvaluationError
-from ..progress import Progress, finish
+from ..progress import Progress
 from .wavefront import NEVER, wave_steps
 
 #: Seconds for which the paper shows what lies within reach (Fig. 8).
@@ -238,17 +238,6 @@ def exit_frames_steps(
             np.minimum(least, of_entries[entry_group], out=least)
         out[...] = _ground(least, embedding)
     return frames
-
-
-def mean_time_to_reach(embedding: Embedding, goal: NodeSet) -> float:
-    """Return the mean seconds over all nodes of an embedding to a set of nodes; infinite if it has none of them.
-
-    A number to compare embeddings by, as :class:`.size.Objective` wants it.
-    """
-    if not goal & embedding.nodes:
-        return float("inf")
-    counts = finish(time_to_reach_steps(embedding, goal)).histogram()
-    return float(counts @ np.arange(len(counts))) / counts.sum() / embedding.graph.frame_rate
 
 
 def time_from_steps(

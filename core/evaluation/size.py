@@ -8,8 +8,9 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError
+from ..progress import finish
 from .floor import floor_cells
-from .reach import mean_time_to_reach
+from .reach import time_to_reach_steps
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,10 @@ def mean_time_to(goal: NodeSet, place: str) -> Objective:
     def seconds(embedding: Embedding) -> float:
         if len(goal.planes) != len(embedding.planes):
             raise EvaluationError(f"The time to reach {place} cannot be compared: other motions have other nodes.")
-        return mean_time_to_reach(embedding, goal)
+        if not goal & embedding.nodes:
+            return float("inf")
+        counts = finish(time_to_reach_steps(embedding, goal)).histogram()
+        return float(counts @ np.arange(len(counts))) / counts.sum() / embedding.graph.frame_rate
 
     return Objective(f"mean time to reach {place}", "s", seconds)
 

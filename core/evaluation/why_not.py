@@ -172,8 +172,7 @@ def lost_links_steps(embedding: Embedding) -> Generator[Progress, None, LostLink
     past_obstacles = yield from portion(unroll_steps(sweep, unruled), 0.4, 0.7)
     unblocked = yield from portion(_count_steps(embedding, past_obstacles.valid), 0.7, 0.8)
     free = yield from portion(_count_steps(embedding, embedding.unrolling.valid), 0.8, 0.9)
-    embedded = yield from portion(_inside_steps(embedding), 0.9, 1.0)
-    return LostLinks(possible, possible - unblocked, unblocked - free, free, embedded)
+    return LostLinks(possible, possible - unblocked, unblocked - free, free, embedding.n_links)
 
 
 def _count_steps(embedding: Embedding, valid: tuple[int, ...]) -> Generator[Progress, None, int]:
@@ -185,17 +184,4 @@ def _count_steps(embedding: Embedding, valid: tuple[int, ...]) -> Generator[Prog
         if done % REPORTED_PATHS == 0:
             yield Progress(done / len(valid), _COUNTING)
         n_links += plane.bit_count() * n_parents[segment]
-    return n_links
-
-
-def _inside_steps(embedding: Embedding) -> Generator[Progress, None, int]:
-    """Links of the embedding itself."""
-    network, n_links = embedding.network, 0
-    planes = embedding.planes
-    n_stencils = len(embedding.unrolling.valid)
-    for done, (segment, heading, _, _, able) in enumerate(network.moves_within(embedding.nodes)):
-        if done % REPORTED_PATHS == 0:
-            yield Progress(min(done / n_stencils, 1.0), _COUNTING)
-        for parent in network.parents[segment]:
-            n_links += (planes[parent * network.n_headings + heading] & able).bit_count()
     return n_links

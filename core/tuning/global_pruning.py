@@ -51,12 +51,6 @@ class GlobalPruning:
     embedding: Embedding
     dropped: tuple[DroppedSegment, ...]
 
-    @property
-    def kept(self) -> tuple[int, ...]:
-        """Indices of the segments that were not dropped, ascending."""
-        dropped = {drop.segment for drop in self.dropped}
-        return tuple(s for s in range(self.embedding.shape[3]) if s not in dropped)
-
 
 def prune_global_steps(embedding: Embedding, n_segments: int) -> Generator[Progress, None, GlobalPruning]:
     """Drop the segment of least integrated variability and take the largest strongly connected component of the rest,

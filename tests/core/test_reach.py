@@ -14,7 +14,8 @@ from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError, EvaluationError
-from core.evaluation.reach import NEVER, exit_frames_steps, mean_time_to_reach, time_from_steps, time_to_reach_steps
+from core.evaluation.reach import NEVER, exit_frames_steps, time_from_steps, time_to_reach_steps
+from core.evaluation.size import mean_time_to
 from core.progress import finish
 
 from .motion_graphs import recorded_graph, sample_graph
@@ -156,8 +157,8 @@ def test_maps_and_sets_agree_with_single_nodes(seed, tiled, forwards, slowness):
     assert np.array_equal(field.floor(), (frames.min(axis=(2, 3)) / rate).astype(np.float32))
     finite = frames[np.isfinite(frames)].astype(int)
     if not forwards:
-        assert mean_time_to_reach(embedding, goal) == pytest.approx(finite.mean() / 30)
-        assert mean_time_to_reach(embedding, embedding.network.empty) == np.inf
+        assert mean_time_to(goal, "it").of(embedding) == pytest.approx(finite.mean() / 30)
+        assert mean_time_to(embedding.network.empty, "it").of(embedding) == np.inf
     assert np.array_equal(field.histogram(), np.bincount(finite))
     cell = embedding.environment.grid.cell_size**2
     times = sorted({0.0, *(np.unique(finite) / 30).tolist()})

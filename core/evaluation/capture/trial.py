@@ -6,7 +6,8 @@ segment: only its stencils are checked, and only what it adds is followed. The r
 graph, to the bit.
 """
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ...embedding.component import largest_component_steps
 from ...embedding.embedding import Embedding
 from ...embedding.network import StepNetwork
 from ...embedding.node_set import NodeSet
-from ...embedding.stencil import Stencils, build_stencils
+from ...embedding.stencil import build_stencils
 from ...embedding.sweep import Sweep, sweep_steps
 from ...embedding.unroll import Unrolling, unroll_steps
 from ...errors import EmbeddingError
@@ -122,42 +123,25 @@ def trials_steps(embedding: Embedding, candidates: Sequence[Candidate]) -> Gener
     return Trials(wider, sweep, reached, leading, apart)
 
 
-def chosen_segments(sweep: Sweep, segments: Iterable[int]) -> Sweep:
-    """The sweep of some segments only, in the order given and numbered anew; the layout stays."""
-    stencils = sweep.stencils
-    path = np.array(sweep.path, dtype=int)
-    kept, paths, checks, numbers = [], [], [], []
-    bounds, n_paths = [0], 0
-    for number, segment in enumerate(segments):
-        first, last = np.searchsorted(stencils.segment, [segment, segment + 1]).tolist()
-        kept.append(np.arange(first, last))
-        numbers.append(np.full(last - first, number))
-        if first == last:
-            continue
-        first_path, last_path = sweep.path[first], sweep.path[last - 1] + 1
-        paths.append(path[first:last] - first_path + n_paths)
-        n_paths += last_path - first_path
-        first_check = sweep.bounds[first_path]
-        checks.append(slice(first_check, sweep.bounds[last_path]))
-        moved = bounds[-1] - first_check
-        bounds += [bound + moved for bound in sweep.bounds[first_path + 1 : last_path + 1]]
-    rows = np.concatenate([np.empty(0, dtype=int), *kept])
-    return Sweep(
-        stencils=Stencils(
-            segment=np.concatenate([np.empty(0, dtype=int), *numbers]),
-            heading=stencils.heading[rows],
-            dx=stencils.dx[rows],
-            dy=stencils.dy[rows],
-            turn=stencils.turn[rows],
-            position_error=stencils.position_error[rows],
-            heading_error=stencils.heading_error[rows],
-            n_headings=stencils.n_headings,
-        ),
-        layout=sweep.layout,
-        classes=sweep.classes,
-        path=np.concatenate([np.empty(0, dtype=int), *paths]).tolist(),
-        bounds=bounds,
-        tag_class=[entry for check in checks for entry in sweep.tag_class[check]],
-        part=[entry for check in checks for entry in sweep.part[check]],
-        shift=[entry for check in checks for entry in sweep.shift[check]],
+def chosen_segments(sweep: Sweep, segments: Sequence[int]) -> Sweep:
+    """Return the sweep of some segments only, in the order given and numbered anew; the layout stays."""
+    stencils, bounds = sweep.stencils, np.array(sweep.bounds)
+    rows = [np.flatnonzero(stencils.segment == segment) for segment in segments]
+    numbers = np.repeat(np.arange(len(rows)), [len(of_segment) for of_segment in rows])
+    kept = np.concatenate(rows)
+    # Stencils that share a path follow one another.
+    path = np.array(sweep.path, dtype=int)[kept]
+    new = np.diff(path, prepend=-1) != 0
+    n_checks = np.diff(bounds)[path[new]]
+    ends = np.cumsum(n_checks)
+    checks = (np.repeat(bounds[path[new]] - (ends - n_checks), n_checks) + np.arange(n_checks.sum())).tolist()
+    arrays = ("heading", "dx", "dy", "turn", "position_error", "heading_error")
+    return replace(
+        sweep,
+        stencils=replace(stencils, segment=numbers, **{name: getattr(stencils, name)[kept] for name in arrays}),
+        path=(np.cumsum(new) - 1).tolist(),
+        bounds=[0, *ends.tolist()],
+        tag_class=[sweep.tag_class[check] for check in checks],
+        part=[sweep.part[check] for check in checks],
+        shift=[sweep.shift[check] for check in checks],
     )
