@@ -17,11 +17,9 @@ NOT_YET = (
     "core/embedding",
     "core/environment",
     "core/errors",
-    "core/evaluation",
     "core/expanse",
     "core/motion",
     "core/progress",
-    "core/tuning",
     "core/wording",
 )
 """Folders and modules with docstrings that still begin with a word that they should not begin with."""
