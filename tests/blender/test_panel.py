@@ -1,5 +1,7 @@
 """What the tab in the sidebar consists of, and how it is worded. That it draws is seen in a real window only."""
 
+from functools import cache
+
 import blf
 import bpy
 import pytest
@@ -64,21 +66,30 @@ def draw(panel) -> "Layout":
     return layout
 
 
+@cache
+def icon_names() -> set[str]:
+    return set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
+
+
+@cache
+def options_of(operator: str) -> set[str]:
+    """Names of an operator's options; it fails if there is no such operator."""
+    module, name = operator.split(".")
+    assert name in dir(getattr(bpy.ops, module))
+    return set(getattr(getattr(bpy.ops, module), name).get_rna_type().properties.keys())
+
+
 def check(layout: "Layout") -> None:
     """Everything that is drawn exists, and buttons are given what they know."""
-    icons = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys()
     assert layout.drawn
     for kind, *what in layout.drawn:
         if kind == "prop":
             data, name = what
             assert name in data.bl_rna.properties, name
         elif kind == "operator":
-            module, name = what[0].split(".")
-            assert name in dir(getattr(bpy.ops, module))
-            known = getattr(bpy.ops, module).__getattr__(name).get_rna_type().properties.keys()
-            assert set(what[1]) <= set(known)
+            assert set(what[1]) <= options_of(what[0])
         elif kind == "icon":
-            assert what[0] in icons
+            assert what[0] in icon_names()
 
 
 def texts(layout: "Layout") -> list[str]:
@@ -131,13 +142,12 @@ def test_panels_draw_what_exists_when_all_is_done(sample_settings):
     report = settings.walk.report
     report.active_worst = 0
     drawn = {}
-    for mode in ("COST", "LINKS", "COVERAGE"):
-        settings.graph.threshold_mode = mode
-        for source in ("OBJECT", "BOUNDS", "TYPED"):
-            settings.environment.ground_source = source
-            for panel in PANELS:
-                assert not hasattr(panel, "poll") or panel.poll(bpy.context), panel
-                check(drawn.setdefault((panel.__name__, mode, source), draw(panel)))
+    modes = [(mode, "OBJECT") for mode in ("COST", "LINKS", "COVERAGE")]
+    for mode, source in [*modes, ("COST", "BOUNDS"), ("COST", "TYPED")]:
+        settings.graph.threshold_mode, settings.environment.ground_source = mode, source
+        for panel in PANELS:
+            assert not hasattr(panel, "poll") or panel.poll(bpy.context), panel
+            check(drawn.setdefault((panel.__name__, mode, source), draw(panel)))
 
     def properties_of(panel, mode="COST", source="OBJECT"):
         return {what[1] for kind, *what in drawn[panel, mode, source].drawn if kind == "prop"}
