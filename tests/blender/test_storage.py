@@ -117,8 +117,8 @@ def test_what_shows_an_embedding_that_was_replaced_is_stale_after_reopening(buil
         scene = bpy.context.scene
         assert (stale(), staleness.walk_changes(scene), scene_results().summary) == before
         assert shown.find_painted(scene) is not None and shown.find_walk(scene) is not None
-    files = results_export.export_results(scene, tmp_path / "out", as_json=False, as_csv=False, as_png=True)
-    assert [file.name for file in files] == ["map.png"]
+    files = results_export.export_results(scene, tmp_path / "out", as_json=False, as_csv=False, as_pictures=True)
+    assert [file.name for file in files] == ["map.svg", "map.png"]
     build("paint_map", "random_walk")
     assert stale() == FRESH
 
