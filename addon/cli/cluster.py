@@ -18,6 +18,11 @@ from multiprocessing import get_context
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+# Workers of a local cluster import this file again, under another name: they need the core's place, and nothing else.
+if str(ROOT) not in sys.path:
+    sys.path[:] = [str(ROOT), *(place for place in sys.path if Path(place) != ROOT / "addon" / "cli")]
+StudyError = importlib.import_module("core.errors").StudyError
+
 LOCAL, PROCESSES = "local", "processes"
 
 _NO_DASK = (
@@ -35,10 +40,6 @@ _QUIET = 5
 
 _WAIT_FOR_WORKERS = 1800
 """Seconds to wait for new workers when all are gone."""
-
-
-class ClusterError(Exception):
-    """What stops a study, as a sentence for the person at the keyboard."""
 
 
 def core(name: str):
@@ -67,7 +68,7 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
     try:
         distributed = importlib.import_module("distributed")
     except ImportError:
-        raise ClusterError(_NO_DASK.format(sys.executable)) from None
+        raise StudyError(_NO_DASK.format(sys.executable)) from None
     # What it has to say is said by the study: which case failed, and why.
     for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -88,7 +89,7 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
             client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE))
         except (OSError, TimeoutError, ValueError) as error:
             reason = str(error).strip().split("\n")[0] or type(error).__name__
-            raise ClusterError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
+            raise StudyError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
         check_workers(client, folder)
         roll_call = RollCall(client, scheduler)
         stack.callback(roll_call.end)
@@ -97,11 +98,11 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
 
 
 def check_workers(client, folder: Path) -> None:
-    """ClusterError unless there are workers, all see the study's folder, and they and the scheduler know the core."""
+    """StudyError unless there are workers, all see the study's folder, and they and the scheduler know the core."""
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:
-        raise ClusterError("The scheduler has no workers; start some: dask worker ADDRESS.") from None
+        raise StudyError("The scheduler has no workers; start some: dask worker ADDRESS.") from None
     note = folder / _NOTED
     text = str(time.time_ns())
     core("expanse.set_file").write_whole(note, text.encode())
@@ -113,23 +114,23 @@ def check_workers(client, folder: Path) -> None:
         note.unlink(missing_ok=True)
     for who, (version, seen) in found.items():
         if not version:
-            raise ClusterError(
+            raise StudyError(
                 f"The {who} cannot import Wayfarer's core: copy the folder '{ROOT}' to its machine, and "
                 "start it with PYTHONPATH set to that folder."
             )
         if version != core("study.version").core_version():
-            raise ClusterError(
+            raise StudyError(
                 f"The {who} has another version of Wayfarer: copy the folder '{ROOT}' to its machine, and restart it."
             )
         if seen != text:
-            raise ClusterError(
+            raise StudyError(
                 f"The {who} does not see the folder '{folder}'; choose one with --out that all "
                 "machines share under the same path."
             )
 
 
 def _look(note: str) -> tuple[str, str]:
-    """On another machine: which version of the core can be imported, if any, and what stands in a file."""
+    """Return, on another machine, the version of the core that can be imported, if any, and the text of a file."""
     import importlib
     from pathlib import Path
 
@@ -143,7 +144,7 @@ def _look(note: str) -> tuple[str, str]:
 
 
 class RollCall:
-    """Tells, when called, that a cluster has no worker left, how long it has been waited for one, and that one came.
+    """Reports, when called, that a cluster has no worker left, how long it has been waited for one, and that one came.
 
     The scheduler is asked in a thread of its own: it may not answer, which is for the study to find out.
     """
@@ -165,7 +166,7 @@ class RollCall:
                 self._n_workers = len(self._client.nthreads())
 
     def __call__(self) -> None:
-        """ClusterError if nobody came for too long."""
+        """StudyError if nobody came for too long."""
         now = time.monotonic()
         if self._n_workers:
             if self._gone_since is not None and self._told:
@@ -176,7 +177,7 @@ class RollCall:
             self._gone_since = now
         waited = now - self._gone_since
         if waited > _WAIT_FOR_WORKERS:
-            raise ClusterError(
+            raise StudyError(
                 f"No worker came in {_spoken(waited)}. What is finished is kept: start workers, then the same study "
                 "again."
             )
@@ -195,39 +196,27 @@ def _spoken(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
 
 
-class Teller:
-    """Progress lines on standard error; not more than one in two seconds while no case ends."""
-
-    def __init__(self, quiet: bool, roll_call):
-        self._quiet, self._roll_call = quiet, roll_call
-        self._last = ("", -1.0)
-        self._time = 0.0
-
-    def __call__(self, progress) -> None:
-        self._roll_call()
-        now, said = time.monotonic(), (progress.message, progress.fraction)
-        if self._quiet or not progress.message or said == self._last:
-            return
-        if progress.fraction == self._last[1] and now - self._time < 2.0:
-            return
-        self._last, self._time = said, now
-        print(f"{progress.fraction:4.0%}  {progress.message}", file=sys.stderr, flush=True)
-
-
 def main(words: list[str]) -> int:
     options = parse(words)
-    errors, set_file = core("errors"), core("expanse.set_file")
+    set_file = core("expanse.set_file")
     try:
         plan = core("study.plan").read_plan(options.file)
         folder = options.out.resolve()
         place = open_executor(options.scheduler, options.workers, folder)
         with core("study.lock").only_one(folder), place as (executor, roll_call):
+            write = None if options.quiet else sys.stderr.write
+            lines = core("progress").ProgressLines(write, lambda progress: progress.fraction)
+
+            def report(progress):
+                roll_call()
+                lines(progress)
+
             steps = core("study.run").run_study_steps(plan, folder, executor)
-            outcome = core("progress").finish(steps, Teller(options.quiet, roll_call))
+            outcome = core("progress").finish(steps, report)
         csv, page = folder / "results.csv", folder / "results.html"
         set_file.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
         set_file.write_whole(page, core("study.report").study_page(outcome).encode())
-    except (ClusterError, errors.MotionGraphError) as error:
+    except core("errors").MotionGraphError as error:
         print(f"study: {error}", file=sys.stderr, flush=True)
         return 1
     except KeyboardInterrupt:
@@ -244,10 +233,6 @@ def main(words: list[str]) -> int:
         print(f"{outcome.n_outdated} results of another version of Wayfarer were replaced.", flush=True)
     return 3 if outcome.n_failed else 0
 
-
-# Workers of a local cluster import this file again, under another name: they need the core's place, and nothing else.
-if str(ROOT) not in sys.path:
-    sys.path[:] = [str(ROOT), *(place for place in sys.path if Path(place) != ROOT / "addon" / "cli")]
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))

@@ -19,10 +19,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.errors import MotionGraphError
+from ...core.errors import MotionGraphError, SceneError, StorageError, StudyError
 from ...core.evaluation.variability import variability_steps
 from ...core.playback.styles import STYLES, walk_steps
 from ...core.playback.walk_motion import motion_steps
+from ...core.progress import ProgressLines, finish
 from ...core.report.scene_report import report_files
 from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..exports.folder import check_folder, write_files
@@ -35,10 +36,8 @@ from ..results.workflow import build_graph_steps, embed_scene_steps, keep_built,
 from ..walks.baking import bake_motion
 from ..walks.request import read_motion_request, read_request
 from .large_ground import evaluate_in_parcels
-from .output import Aloud, clean_output, finish_aloud, say, summary_lines
-from .overrides import apply_override
-from .scene import CommandError, choose_character, find_scene, open_blend
-from .scene_numbers import embedding_numbers, graph_numbers, warnings
+from .output import clean_output, embedding_numbers, graph_numbers, summary_lines, warnings
+from .scene import apply_override, choose_character, find_scene, open_blend
 from .study import add_place_options, add_study_options, program_words, run_study
 
 NAME = "wayfarer"
@@ -61,10 +60,10 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
     if options.parcels is not None:
         return _evaluate_in_parcels(options, scene)
     if options.workers is not None or options.scheduler != PROCESSES:
-        raise CommandError("Only a ground in parcels has workers; say --parcels METRES, too.")
-    _embed(scene)
+        raise StudyError("Only a ground in parcels has workers; say --parcels METRES, too.")
+    _embed(options, scene)
     embedding = embedding_of(scene)
-    ways = finish_aloud(variability_steps(embedding)).sum(axis=2)
+    ways = finish(variability_steps(embedding), options.progress).sum(axis=2)
     covered = ways[ways > 0]
     return {
         "variability": {
@@ -79,9 +78,9 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
 def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
     """The same of a ground that is too large for one process."""
     if options.out is None:
-        raise CommandError("A ground in parcels needs a folder to work in; say --out FOLDER.")
+        raise StudyError("A ground in parcels needs a folder to work in; say --out FOLDER.")
     words = program_words(options)
-    _build_graph(scene)
+    _build_graph(options, scene)
     folder, options.out = options.out.resolve(), None
     found = evaluate_in_parcels(scene, graph_of(scene), options.parcels, folder, *words)
     if isinstance(found, int):
@@ -103,16 +102,17 @@ def walk(options: argparse.Namespace, scene) -> dict:
         settings.walk_on = options.duration is not None
     if options.within is not None:
         settings.nearness = options.within
-    _embed(scene)
+    _embed(options, scene)
     embedding = embedding_of(scene)
     if embedding.n_nodes == 0:
-        raise CommandError(embedding_advice(scene)[0] + ".")
+        raise SceneError(embedding_advice(scene)[0] + ".")
     request = read_request(bpy.context)
     if options.start:
         request = replace(request, start=tuple(options.start))
-    made = finish_aloud(walk_steps(embedding, request))
+    made = finish(walk_steps(embedding, request), options.progress)
     closed = STYLES[request.style].closed
-    action = bake_motion(scene, finish_aloud(motion_steps(made, read_motion_request(scene, closed=closed))))
+    steps = motion_steps(made, read_motion_request(scene, closed=closed))
+    action = bake_motion(scene, finish(steps, options.progress))
     path = made.root_path
     advice = start_advice(request.start, made)
     return {
@@ -131,46 +131,47 @@ def walk(options: argparse.Namespace, scene) -> dict:
 
 def report(options: argparse.Namespace, scene) -> dict:
     """Write the report of the scene."""
-    _embed(scene)
+    _embed(options, scene)
     if embedding_of(scene).n_nodes == 0:
-        raise CommandError(embedding_advice(scene)[0] + ".")
+        raise SceneError(embedding_advice(scene)[0] + ".")
     folder = options.folder.resolve()
     check_folder(folder, ["report.html"])
-    files = report_files(finish_aloud(scene_report_steps(scene, options.thorough)))
+    files = report_files(finish(scene_report_steps(scene, options.thorough), options.progress))
     write_files(folder, files)
     return {"report": {"folder": str(folder), "files": list(files)}}
 
 
 def export(options: argparse.Namespace, scene) -> dict:
     """Write the embedding and the clips for engines."""
-    _embed(scene)
+    _embed(options, scene)
     folder = options.folder.resolve()
     steps = engine_folder_steps(scene, embedding_of(scene), folder, not options.no_clips, not options.no_table)
-    files = finish_aloud(steps)
+    files = finish(steps, options.progress)
     write_engine_folder(folder, files)
     return {"export": {"folder": str(folder), "files": list(files)}}
 
 
-def _build_graph(scene) -> None:
+def _build_graph(options: argparse.Namespace, scene) -> None:
     """The motion graph that the scene asks for now; one that was saved with it is used if it fits."""
     settings = scene.wayfarer
     if settings.character is not None and not settings.clips:
         settings.refresh_clips()
     if not settings.environment.has_ground:
-        raise CommandError(
+        raise SceneError(
             "The scene has no ground; choose a ground or obstacles in the Wayfarer tab, or with --set ground=OBJECT."
         )
     if results(scene).graph is None or graph_is_stale(scene):
-        keep_built(scene, built := finish_aloud(build_graph_steps(scene)))
+        keep_built(scene, built := finish(build_graph_steps(scene), options.progress))
         for name, reason in built.problems:
-            say(f"Left out '{name}': {reason}")
+            options.progress.say(f"Left out '{name}': {reason}")
 
 
-def _embed(scene) -> None:
+def _embed(options: argparse.Namespace, scene) -> None:
     """Motion graph and embedding as the scene asks for now; those that were saved with it are used if they fit."""
-    _build_graph(scene)
+    _build_graph(options, scene)
     if results(scene).embedding is None or embedding_is_stale(scene):
-        keep_embedded(scene, finish_aloud(embed_scene_steps(scene, bpy.context.evaluated_depsgraph_get())))
+        steps = embed_scene_steps(scene, bpy.context.evaluated_depsgraph_get())
+        keep_embedded(scene, finish(steps, options.progress))
 
 
 # ------------------------------------------------------------------------------------------- command line
@@ -273,7 +274,7 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
                 return run_study(options, out) if options.command == "study" else _run(options, blend, out)
         except Ended as end:
             return end.code
-        except (CommandError, MotionGraphError) as error:
+        except MotionGraphError as error:
             sentence = str(error)
         except OSError as error:
             # A disk that is full does not say which file it was.
@@ -284,7 +285,9 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
 
 
 def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
-    Aloud.shown = not options.quiet
+    # "Reading walk", "Reading turn" are one phase.
+    write = None if options.quiet else sys.stderr.write
+    options.progress = ProgressLines(write, lambda progress: progress.message.partition(" ")[0])
     started = time.perf_counter()
     _check_places(options)
     if blend is not None:
@@ -320,20 +323,20 @@ def _prepare(options: argparse.Namespace, scene) -> None:
     for override in options.overrides:
         problem = apply_override(scene.wayfarer, override)
         if problem:
-            raise CommandError(problem)
+            raise SceneError(problem)
 
 
 def _check_places(options: argparse.Namespace) -> None:
-    """Before the work, which may take long: CommandError if its results could not be written."""
+    """Before the work, which may take long: StorageError if its results could not be written."""
     if options.json not in (None, "-") and not Path(options.json).resolve().parent.is_dir():
-        raise CommandError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
+        raise StorageError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
     if options.out is None or getattr(options, "parcels", None) is not None:
         return
     path = options.out.resolve()
     if path.suffix != ".blend":
-        raise CommandError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
+        raise StorageError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
     if not path.parent.is_dir():
-        raise CommandError(f"There is no folder '{path.parent}' to save in; make it first.")
+        raise StorageError(f"There is no folder '{path.parent}' to save in; make it first.")
 
 
 def _save(path: Path) -> str:
@@ -342,7 +345,7 @@ def _save(path: Path) -> str:
         # A copy: relative paths follow, and what is open stays what it was.
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     except RuntimeError as error:
-        raise CommandError(f"'{path}' cannot be saved: {str(error).strip().splitlines()[-1]}") from None
+        raise StorageError(f"'{path}' cannot be saved: {str(error).strip().splitlines()[-1]}") from None
     return str(path)
 
 

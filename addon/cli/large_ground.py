@@ -18,7 +18,6 @@ from ...core.study.geometry import SceneGeometry, grid_of, scene_to_bytes
 from ...core.study.lock import only_one
 from ...core.study.plan import read_plan
 from ...core.study.run import run_study_steps
-from .scene import CommandError
 from .study import run_program, scene_geometry
 
 _STUDY = "parcels.toml"
@@ -47,13 +46,13 @@ def evaluate_in_parcels(scene, graph: MotionGraph, parcel_size: float, folder: P
     Started again with the same folder, it goes on where it was. Returns numbers as :func:`.command.evaluate`'s, or the
     program's exit code, if it had to tell why there are none.
 
-    Raises CommandError, SceneError or StudyError if it cannot begin, StudyError if the ground cannot be embedded.
+    Raises SceneError or StudyError if it cannot begin, StudyError if the ground cannot be embedded.
     """
     if folder.suffix == ".blend" or folder.is_file():
-        raise CommandError(f"'{folder}' is no folder; with --parcels, give --out a folder for results and maps.")
+        raise StudyError(f"'{folder}' is no folder; with --parcels, give --out a folder for results and maps.")
     geometry = scene_geometry(scene)
     if any(folder.glob("[!.]*")) and not (folder / _STUDY).exists():
-        raise CommandError(f"'{folder}' holds something else; give --out an empty folder, or one to go on in.")
+        raise StudyError(f"'{folder}' holds something else; give --out an empty folder, or one to go on in.")
     with only_one(folder, _LOCK):
         # Nor may a program still run whose Blender has gone.
         with only_one(folder):
@@ -100,7 +99,7 @@ def evaluate_in_parcels(scene, graph: MotionGraph, parcel_size: float, folder: P
 
 
 def _problem(folder: Path) -> str:
-    """Why the only case failed, as the program told."""
+    """Return why the only case failed, as the program reported."""
     with open(folder / "results.csv", encoding="utf-8", newline="") as file:
         return next(csv.DictReader(file))["problem"]
 
@@ -118,7 +117,7 @@ def _quoted(name: str) -> str:
 def _write_study(
     folder: Path, name: str, character: str, geometry: SceneGeometry, graph: MotionGraph, parcel_size: float
 ) -> None:
-    """What was read from the scene, and the file that says what is to be done with it."""
+    """Write the scene as it was read, and the file that says what is to be done with it."""
     lines = [
         "# Written by wayfarer evaluate --parcels: the scene as it was, and what is measured in it.",
         f"title = {_quoted(name)}",

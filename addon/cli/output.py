@@ -1,15 +1,69 @@
-"""What a command says: progress on standard error, numbers on standard output."""
+"""The numbers of a command: for programs, and in sentences for people."""
 
 import contextlib
+import math
 import os
 import sys
 
-from ...core.progress import Progress, finish
+import bpy
+
+from ...core.evaluation.floor import floor_cells
 from ..bridge.text import amount, area, counted, share, short, time
+from ..results.advice import clip_advice, embedding_advice, environment_advice
+from ..results.store import embedding_of, graph_of, results, whole_of
+
+
+def graph_numbers(scene) -> dict:
+    """Return what every command reports about the scene and its motion graph."""
+    settings, summary, graph = scene.wayfarer, results(scene).summary, graph_of(scene)
+    return {
+        "file": bpy.data.filepath,
+        "scene": scene.name,
+        "character": settings.character.name,
+        "graph": {
+            "clips": summary.clips,
+            "clips_played": summary.clips_played,
+            "segments": len(graph.segments),
+            "links": len(graph.links),
+            "max_cost": None if math.isnan(graph.max_cost) else float(graph.max_cost),
+            "motion_seconds": summary.motion_seconds,
+            "dropped_seconds": summary.dropped_seconds,
+        },
+    }
+
+
+def embedding_numbers(scene) -> dict:
+    """Return what every command reports about the embedding."""
+    summary, embedding = results(scene).summary, embedding_of(scene)
+    environment = embedding.environment
+    cell = environment.grid.cell_size**2
+    free, covered = floor_cells(whole_of(scene)), embedding.covered().any(axis=2)
+    return {
+        "embedding": {
+            "cells": list(environment.grid.shape[:2]),
+            "headings": environment.grid.n_headings,
+            "cell_size": environment.grid.cell_size,
+            "nodes": embedding.n_nodes,
+            "links": embedding.n_links,
+        },
+        "coverage": {
+            "share": summary.coverage,
+            "square_metres": float(covered.sum() * cell),
+            "free_square_metres": float(free.sum() * cell),
+        },
+    }
+
+
+def warnings(scene, is_embedded: bool) -> list[str]:
+    """Return what to look out for, in sentences."""
+    sentences = [*clip_advice(scene), *environment_advice(scene), *(embedding_advice(scene) if is_embedded else ())]
+    if results(scene).problem:
+        sentences.append(results(scene).problem)
+    return [f"{sentence}." for sentence in sentences]
 
 
 def summary_lines(numbers: dict) -> list[str]:
-    """The numbers of a command for people."""
+    """Return the numbers of a command in sentences."""
     graph, embedding, coverage = numbers["graph"], numbers["embedding"], numbers["coverage"]
     lines = [
         f"Motion graph: {counted(graph['segments'], 'segment')}, {counted(graph['links'], 'link')} from "
@@ -42,31 +96,6 @@ def summary_lines(numbers: dict) -> list[str]:
     if "saved" in numbers:
         lines.append(f"Saved as {numbers['saved']}")
     return lines
-
-
-class Aloud:
-    """Lines on standard error, one for each phase of the work."""
-
-    shown = True
-    kind = ""
-
-
-def say(phase: str) -> None:
-    kind = phase.split(" ")[0]
-    # "Reading walk", "Reading turn": one line tells enough.
-    if Aloud.shown and kind != Aloud.kind:
-        sys.stderr.write(f"{phase}\n")
-        sys.stderr.flush()
-    Aloud.kind = kind
-
-
-def finish_aloud(steps):
-    """Run long work to its end, telling of its phases; returns its result."""
-
-    def tell(progress: Progress) -> None:
-        say(progress.message)
-
-    return finish(steps, tell)
 
 
 @contextlib.contextmanager

@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from fnmatch import fnmatchcase
+from functools import partial
 from inspect import getfile
 from pathlib import Path
 
@@ -20,7 +21,7 @@ import bpy
 import numpy as np
 import scipy
 
-from ...core.errors import MotionGraphError
+from ...core.errors import ClipError, MotionGraphError, StudyError
 from ...core.expanse.set_file import write_whole
 from ...core.progress import finish
 from ...core.study.clip_set import ClipSet, clip_set_to_bytes
@@ -29,7 +30,7 @@ from ...core.study.plan import Source, StudyPlan, read_plan
 from ...core.study.sources import CLIPS, SCENES, problem_file, read_file
 from ...core.study.version import core_version, source_digest
 from ..scene.inputs import graph_settings, prepared_clips_steps, read_character, read_shapes, scene_regions
-from .scene import CommandError, choose_character, find_scene, open_blend
+from .scene import choose_character, find_scene, open_blend
 
 _PROGRAM = Path(__file__).resolve().parent / "cluster.py"
 _STATES = "states.json"
@@ -39,7 +40,7 @@ _PATIENCE = 20
 
 
 def add_study_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command ``study``."""
+    """Add the options of the command ``study``."""
     parser.add_argument("file", metavar="FILE.toml", type=Path, help="scenes, clip sets, settings and measures")
     parser.add_argument("--out", metavar="FOLDER", type=Path, help="default: beside the file, with its name")
     add_place_options(parser, "local")
@@ -47,7 +48,7 @@ def add_study_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_place_options(parser: argparse.ArgumentParser, usual: str) -> None:
-    """The options that tell where the work is done."""
+    """Add the options that say where the work is done."""
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -63,20 +64,20 @@ def add_place_options(parser: argparse.ArgumentParser, usual: str) -> None:
 def run_study(options: argparse.Namespace, out) -> int:
     """Read what a study needs, run it, and return its exit code; ``out`` is the file for what was asked for.
 
-    Raises CommandError or StudyError if it cannot begin.
+    Raises StudyError if it cannot begin.
     """
     file = options.file.resolve()
     words = program_words(options)
     plan = read_plan(file)
     folder = (options.out or file.with_name(f"{file.stem}-study")).resolve()
-    read_sources(plan, folder, _silent if options.quiet else _tell)
+    read_sources(plan, folder, (lambda line: None) if options.quiet else partial(print, file=sys.stderr, flush=True))
     return run_program(file, folder, *words, out=out)
 
 
 def program_words(options: argparse.Namespace) -> list[str]:
-    """Where the work runs, as :mod:`.cluster` wants to be told; CommandError if nobody is to do it."""
+    """Return where the work runs, in words for :mod:`.cluster`; StudyError if nobody is to do it."""
     if options.workers is not None and options.workers < 1:
-        raise CommandError(f"{options.workers} workers cannot do anything; say --workers 1 or more.")
+        raise StudyError(f"{options.workers} workers cannot do anything; say --workers 1 or more.")
     words = ["--scheduler", options.scheduler]
     words += ["--workers", str(options.workers)] if options.workers else []
     return words + (["--quiet"] if options.quiet else [])
@@ -101,15 +102,6 @@ def run_program(file: Path, folder: Path, *words: str, out=None) -> int:
                 process.wait(_PATIENCE)
             process.kill()
             return 130
-
-
-def _tell(text: str) -> None:
-    sys.stderr.write(f"{text}\n")
-    sys.stderr.flush()
-
-
-def _silent(text: str) -> None:
-    pass
 
 
 def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> None:
@@ -139,7 +131,7 @@ def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> 
 
 
 def _states(files: list[str]) -> list:
-    """What files look like from outside: path, time of the last change, size."""
+    """Return how files look from outside: path, time of the last change, size."""
     found = []
     for file in files:
         try:
@@ -164,7 +156,7 @@ def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) 
                 raw = scene_to_bytes(scene_geometry(scene))
             else:
                 raw = clip_set_to_bytes(clip_set(scene, source, tell))
-    except (CommandError, MotionGraphError) as error:
+    except MotionGraphError as error:
         write_whole(problem, str(error).encode())
     except Exception as error:
         # Whatever is wrong with one file, the others can still be studied.
@@ -175,7 +167,7 @@ def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) 
 
 
 def scene_geometry(scene) -> SceneGeometry:
-    """What stands in a scene, and its settings; SceneError if that makes no ground."""
+    """Return the meshes of a scene, and its settings; SceneError if that makes no ground."""
     settings = scene.wayfarer.environment
     shapes = read_shapes(scene, bpy.context.evaluated_depsgraph_get())
     return SceneGeometry(
@@ -192,9 +184,9 @@ def scene_geometry(scene) -> SceneGeometry:
 
 
 def clip_set(scene, source: Source, tell: Callable[[str], None]) -> ClipSet:
-    """The clips of a scene's character as its motion graph gets them; ``tell`` hears of those that cannot be read.
+    """Return the clips of a scene's character for its motion graph; ``tell`` hears of those that cannot be read.
 
-    Raises ClipError or CommandError if there are none.
+    Raises ClipError if there are none, SceneError if there is no character.
     """
     settings = scene.wayfarer
     choose_character(scene, source.character or None, 'write character = "NAME"')
@@ -206,7 +198,7 @@ def clip_set(scene, source: Source, tell: Callable[[str], None]) -> ClipSet:
     clips, problems = read_character(scene)
     if not clips:
         name, reason = problems[0]
-        raise CommandError(f"No action of '{settings.character.name}' can be used. '{name}': {reason}")
+        raise ClipError(f"No action of '{settings.character.name}' can be used. '{name}': {reason}")
     for name, reason in problems:
         tell(f"Left out '{name}': {reason}")
     graph = settings.graph

@@ -1,17 +1,24 @@
-"""The list of clips, and what is wrong with them."""
+"""The list of clips, what is wrong with them, and when their feet are on the ground."""
+
+from dataclasses import astuple
 
 import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ...core.errors import ClipError
+from ...core.motion.contacts import foot_contacts
 from ...core.motion.doctor import ClipHealth, Remedy, RemedyKind, clip_health, clip_motions
 from ...core.motion.in_place import with_root_motion
 from ...core.progress import Progress, portion
+from ...core.report.contact_chart import ClipContacts, contact_chart
+from ...core.report.page import Figure, Section
+from ...core.report.table import Table, table
 from ..bridge.read_actions import read_clip
 from ..bridge.text import counted
 from ..bridge.write_action import write_clip
+from ..exports.report import open_page
 from ..jobs import LongOperator
-from ..results.clips import health_of, keep_health, keep_motion
+from ..results.clips import health_of, keep_contacts, keep_health, keep_motion
 from ..scene.inputs import doctor_settings, read_character_steps
 from ..scene.motion_fingerprint import action_fingerprint
 from .mixins import NeedsCharacter, NeedsClips, NeedsRig, reports_errors
@@ -191,4 +198,42 @@ _DESCRIPTIONS = {
 }
 
 
-CLASSES = (WAYFARER_OT_refresh_clips, WAYFARER_OT_choose_clip, WAYFARER_OT_examine_clips, WAYFARER_OT_apply_remedy)
+class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
+    bl_idname = "wayfarer.show_contacts"
+    bl_label = "Show Contacts"
+    bl_description = (
+        "Draw when the left foot (blue) and the right foot (orange) of each ticked clip are planted, on a page in the "
+        "browser"
+    )
+
+    def steps(self, context):
+        scene = context.scene
+        settings = scene.wayfarer.contacts.to_core(scene.wayfarer.character)
+        read = yield from portion(read_character_steps(scene), 0.0, 0.5)
+        found = []
+        for done, clip in enumerate(read.clips):
+            yield Progress(0.5 + 0.5 * done / len(read.clips), f"Watching the feet of {clip.name}")
+            found.append(ClipContacts(clip.name, clip.frame_rate, foot_contacts(clip, settings)))
+        return found, read.seen
+
+    def apply(self, context, result):
+        found, seen = result
+        for clip in found:
+            keep_contacts(context.scene, clip.name, seen[clip.name], clip.shares)
+        section = Section("When the left foot (blue) and the right foot (orange) are planted", _blocks(found))
+        page = open_page("Contacts", context.scene.name, [section])
+        self.report({"INFO"}, f"Contacts of {counted(len(found), 'clip')} are on the page '{page}'")
+
+
+def _blocks(found: list[ClipContacts]) -> tuple[Figure, Table]:
+    columns = ("clip", "share left planted", "share right planted", "share both", "share none")
+    return Figure(contact_chart(found)), table(columns, [(clip.name, *astuple(clip.shares)) for clip in found])
+
+
+CLASSES = (
+    WAYFARER_OT_refresh_clips,
+    WAYFARER_OT_choose_clip,
+    WAYFARER_OT_examine_clips,
+    WAYFARER_OT_apply_remedy,
+    WAYFARER_OT_show_contacts,
+)

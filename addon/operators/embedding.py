@@ -8,8 +8,7 @@ from ..jobs import LongOperator
 from ..results.advice import embedding_advice
 from ..results.store import embedding_of, results
 from ..results.workflow import embed_scene_steps, keep_embedded
-from .asks_embedding import LooksAtEmbedding
-from .mixins import Needs
+from .mixins import LooksAtEmbedding, Needs
 
 
 class WAYFARER_OT_embed(Needs, LongOperator, bpy.types.Operator):

@@ -12,8 +12,7 @@ from ..render.viewport import show_colors
 from ..results.shown import paint_floor
 from ..results.store import embedding_of, results
 from ..session import redraw
-from .asks_embedding import LooksAtEmbedding
-from .mixins import PicksOnFloor, clicked, ground_under, reports_errors, viewport_under
+from .mixins import LooksAtEmbedding, PicksOnFloor, clicked, ground_under, reports_errors, viewport_under
 
 _SLICE = 0.02
 _TICK = 0.02

@@ -8,6 +8,8 @@ from bpy_extras import view3d_utils
 from ...core.errors import MotionGraphError
 from ..bridge.clip_actions import character_problem
 from ..jobs import LongOperator
+from ..results.advice import stale_advice
+from ..results.store import embedding_of, results
 
 
 class Needs:
@@ -58,6 +60,38 @@ class NeedsClips(NeedsRig):
         if any(clip.use for clip in context.scene.wayfarer.clips):
             return super().problem(context)
         return super().problem(context) or "Give the character actions, refresh the clips and tick at least one"
+
+
+class LooksAtEmbedding(Needs):
+    """Mixin: an embedding, be it an empty one."""
+
+    @classmethod
+    def problem(cls, context):
+        return "Embed the motion graph first" if results(context.scene).embedding is None else ""
+
+    def warn_if_stale(self, scene) -> None:
+        """Report what has changed since the embedding was made; last, so that it stays to be read."""
+        for sentence in stale_advice(scene):
+            self.report({"WARNING"}, sentence)
+
+
+class AsksEmbedding(LooksAtEmbedding):
+    """Mixin: an embedding in which the character can go somewhere."""
+
+    @classmethod
+    def problem(cls, context):
+        problem = super().problem(context)
+        if problem or embedding_of(context.scene).n_nodes:
+            return problem
+        return "The character cannot go anywhere in this scene; the embedding is empty"
+
+
+class NeedsEmbedding(AsksEmbedding):
+    """Mixin: a character, and an embedding in which it can go somewhere."""
+
+    @classmethod
+    def problem(cls, context):
+        return character_problem(context.scene) or super().problem(context)
 
 
 def reports_errors(execute):

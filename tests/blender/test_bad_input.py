@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import check_bvh, guess_bvh_scale
-from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.cli.scene import apply_override
 from bl_ext.user_default.wayfarer.addon.results import clips, staleness, store
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.graph_settings import HIGHEST_RATE

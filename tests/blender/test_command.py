@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.cli import command
-from bl_ext.user_default.wayfarer.addon.cli.overrides import apply_override
+from bl_ext.user_default.wayfarer.addon.cli.scene import apply_override
 from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.evaluation.floor import floor_cells
 from bl_ext.user_default.wayfarer.core.evaluation.variability import floor_variability

@@ -209,7 +209,7 @@ def test_workers_of_another_version_are_refused(client, tmp_path):
     cluster.check_workers(client, tmp_path)
     client.run(pretend, "another")
     try:
-        with pytest.raises(cluster.ClusterError, match=r"worker at .* has another version of Wayfarer"):
+        with pytest.raises(cluster.StudyError, match=r"worker at .* has another version of Wayfarer"):
             cluster.check_workers(client, tmp_path)
     finally:
         client.run(pretend, ours)

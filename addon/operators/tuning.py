@@ -1,4 +1,4 @@
-"""Make the embedding smaller."""
+"""Making the embedding smaller, and whole again."""
 
 import bpy
 
@@ -7,9 +7,9 @@ from ...core.tuning.pruning import prune_steps
 from ..bridge.text import amount, area, counted, share_of
 from ..jobs import LongOperator
 from ..results.findings import keep_finding
-from ..results.pruned import keep_pruning
-from ..results.store import results, whole_of
-from .asks_embedding import AsksEmbedding
+from ..results.pruned import keep_pruning, restore_whole
+from ..results.store import embedding_of, results, whole_of
+from .mixins import AsksEmbedding, Needs
 
 
 class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
@@ -21,9 +21,9 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
+    def problem(cls, context):
         # What was pruned to nothing can be pruned anew: from the whole.
-        return results(context.scene).pruning is not None or super().poll(context)
+        return super().problem(context) if results(context.scene).pruning is None else ""
 
     def steps(self, context):
         return prune_steps(whole_of(context.scene), context.scene.wayfarer.tuning.to_settings())
@@ -47,3 +47,26 @@ class WAYFARER_OT_prune(AsksEmbedding, LongOperator, bpy.types.Operator):
                 f"{amount(after.floor)} of {area(before.floor)} of covered floor",
             )
         self.warn_if_stale(scene)
+
+
+class WAYFARER_OT_restore_embedding(Needs, bpy.types.Operator):
+    bl_idname = "wayfarer.restore_embedding"
+    bl_label = "Restore"
+    bl_description = "Bring back the embedding as it was before it was pruned"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def problem(cls, context):
+        return "The embedding was not pruned" if results(context.scene).pruning is None else ""
+
+    def execute(self, context):
+        restore_whole(context.scene)
+        embedding = embedding_of(context.scene)
+        self.report(
+            {"INFO"},
+            f"{counted(embedding.n_nodes, 'node')} and {counted(embedding.n_links, 'link')}, as before pruning",
+        )
+        return {"FINISHED"}
+
+
+CLASSES = (WAYFARER_OT_prune, WAYFARER_OT_restore_embedding)
