@@ -105,7 +105,7 @@ def check_workers(client, folder: Path) -> None:
         raise StudyError("The scheduler has no workers; start some: dask worker ADDRESS.") from None
     note = folder / _NOTED
     text = str(time.time_ns())
-    core("expanse.set_file").write_whole(note, text.encode())
+    core("files").write_whole(note, text.encode())
     try:
         found = {f"worker at {address}": looked for address, looked in client.run(_look, str(note)).items()}
         # It unpacks what it hands on, but never looks into the folder.
@@ -198,7 +198,7 @@ def _spoken(seconds: float) -> str:
 
 def main(words: list[str]) -> int:
     options = parse(words)
-    set_file = core("expanse.set_file")
+    files = core("files")
     try:
         plan = core("study.plan").read_plan(options.file)
         folder = options.out.resolve()
@@ -214,8 +214,8 @@ def main(words: list[str]) -> int:
             steps = core("study.run").run_study_steps(plan, folder, executor)
             outcome = core("progress").finish(steps, report)
         csv, page = folder / "results.csv", folder / "results.html"
-        set_file.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
-        set_file.write_whole(page, core("study.report").study_page(outcome).encode())
+        files.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
+        files.write_whole(page, core("study.report").study_page(outcome).encode())
     except core("errors").MotionGraphError as error:
         print(f"study: {error}", file=sys.stderr, flush=True)
         return 1

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 from ...core.errors import StudyError
-from ...core.expanse.set_file import write_whole
+from ...core.files import write_whole
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_archive import graph_to_bytes
 from ...core.progress import finish

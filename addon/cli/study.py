@@ -22,7 +22,7 @@ import numpy as np
 import scipy
 
 from ...core.errors import ClipError, MotionGraphError, StudyError
-from ...core.expanse.set_file import write_whole
+from ...core.files import write_whole
 from ...core.progress import finish
 from ...core.study.clip_set import ClipSet, clip_set_to_bytes
 from ...core.study.geometry import SceneGeometry, scene_to_bytes

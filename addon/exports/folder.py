@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ...core.errors import ExportError, StorageError
-from ...core.expanse.set_file import write_whole
+from ...core.files import write_whole
 
 _LIST = ".wayfarer.json"
 """Names and checksums of the files that Wayfarer wrote into a folder."""

@@ -50,7 +50,7 @@ PROPERTY = "wayfarer_results"
 MAIN = "results"
 """Name of the archive that holds all but graphs and embeddings."""
 
-FORMAT = ArchiveFormat("scene results", 2, MotionGraphError)
+FORMAT = ArchiveFormat("scene results", 3, MotionGraphError)
 
 
 # ------------------------------------------------------------------------------------------------ writing

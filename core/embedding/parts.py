@@ -24,7 +24,7 @@ from .stencil import Stencils
 from .sweep import Sweep
 from .unroll import Unrolling
 
-EMBEDDING_FORMAT = ArchiveFormat("embedding", 1, EmbeddingError)
+EMBEDDING_FORMAT = ArchiveFormat("embedding", 2, EmbeddingError)
 
 #: Graph, environment, settings, unrolling, planes and second bound, as an Embedding takes them.
 Parts = tuple[MotionGraph, Environment, EmbeddingSettings, Unrolling, tuple[int, ...], int | None]
@@ -107,8 +107,7 @@ def parts_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarra
     sweep = _sweep(content, arrays, grid, len(graph.segments))
     unrolling = Unrolling(sweep, _planes(arrays["valid"], len(sweep.stencils), sweep.layout))
     planes = _planes(arrays["planes"], len(graph.segments) * n_headings, sweep.layout)
-    # Earlier files do not have it.
-    second_bound = content.get("second_bound")
+    second_bound = content["second_bound"]
     require(second_bound is None or (isinstance(second_bound, int) and second_bound >= 0))
     return graph, environment, settings, unrolling, planes, second_bound
 

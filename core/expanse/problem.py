@@ -19,11 +19,12 @@ from ..environment.environment import Environment
 from ..environment.grid import Grid
 from ..environment.regions import RegionMask, RegionRule
 from ..errors import EmbeddingError
+from ..files import write_whole
 from ..motion.graph import MotionGraph
 from ..motion.graph_archive import load_motion_graph, save_motion_graph
 from ..progress import finish
 from .parcels import ParcelPlan, plan_parcels
-from .set_file import read_set, write_set, write_whole
+from .set_file import read_set, write_set
 
 _FORMAT = "wayfarer expanse 1"
 

@@ -1,13 +1,12 @@
 """Sets of nodes in files, written whole or not at all, and checked when read."""
 
-import os
 import struct
-import uuid
 import zlib
 from pathlib import Path
 
 from ..embedding.node_set import NodeSet
-from ..errors import EmbeddingError, StorageError
+from ..errors import EmbeddingError
+from ..files import write_whole
 
 _MAGIC = b"WFSET1\n\0"
 _HEAD = struct.Struct("<III")
@@ -47,23 +46,3 @@ def read_set(path: Path) -> NodeSet:
                 )
             )
     raise EmbeddingError(f"'{path}' is damaged; delete it and run the embedding again.")
-
-
-def write_whole(path: Path, raw: bytes | bytearray) -> None:
-    """Write a file so that whoever looks finds all of it or none; StorageError if that cannot be done."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # Not tempfile's, which are for their owner's eyes only: workers may be other users.
-        temporary = path.with_name(f".writing-{uuid.uuid4().hex}")
-        try:
-            with open(temporary, "xb") as file:
-                file.write(raw)
-            os.replace(temporary, path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise StorageError(
-            f"'{path}' cannot be written ({error.strerror}); free some space or choose another folder, and go on with "
-            "the same command."
-        ) from None

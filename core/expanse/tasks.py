@@ -17,9 +17,10 @@ from ..embedding.node_set import NodeSet
 from ..embedding.unroll import unroll_steps
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
+from ..files import write_whole
 from ..progress import finish
 from .problem import open_network, open_problem, union_of_files
-from .set_file import read_set, write_whole
+from .set_file import read_set
 
 #: Files of mail by the parcels that they are for.
 Mail = dict[int, list[str]]

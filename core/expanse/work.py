@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..files import write_whole
 from ..progress import Progress
 from . import tasks
 from .problem import Problem
-from .set_file import write_whole
 from .tasks import Mail, Told
 
 _WAIT = 0.2

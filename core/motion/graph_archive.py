@@ -14,7 +14,7 @@ from .dropped import DroppedClip
 from .graph import MotionGraph, MotionSegment
 from .skeleton import Skeleton
 
-GRAPH_FORMAT = ArchiveFormat("motion graph", 1, MotionGraphError)
+GRAPH_FORMAT = ArchiveFormat("motion graph", 2, MotionGraphError)
 
 
 def graph_to_bytes(graph: MotionGraph) -> bytes:
@@ -76,17 +76,14 @@ def graph_to_arrays(graph: MotionGraph) -> tuple[dict[str, Any], dict[str, np.nd
         "n_kept": len(graph.segments),
         "dropped": [[drop.clip, float(drop.seconds), drop.reason] for drop in graph.dropped],
     }
-    quaternions = [_unit_parts(clip.rotations) for clip in graph.clips]
     arrays = {
         "skeleton_parents": _joined((s.parents for s in skeletons), np.int64),
         "skeleton_rest_rotations": _joined((s.rest_rotations for s in skeletons), float),
         "skeleton_rest_translations": _joined((s.rest_translations for s in skeletons), float),
         "skeleton_forward": _joined((s.forward for s in skeletons), float),
-        "clip_rotations_xyz": _joined((xyz for xyz, _, _ in quaternions), float),
-        "clip_rotations_w_offset": _joined((offset for _, offset, _ in quaternions), np.int64),
-        "clip_rotations_w_negative": _joined((negative for _, _, negative in quaternions), bool),
         # Frames last: what follows in time is alike.
-        "clip_translations": _joined((np.moveaxis(clip.translations, 0, -1) for clip in graph.clips), float),
+        "clip_rotations": _joined((clip.rotations.T for clip in graph.clips), float),
+        "clip_translations": _joined((clip.translations.T for clip in graph.clips), float),
         "clip_tags": _joined((mask for clip in graph.clips for mask in clip.tags.values()), bool),
         "clip_heading": _joined((clip.heading for clip in graph.clips if clip.heading is not None), float),
         "segment_paths": _joined((segment.path.T for segment in segments), float),
@@ -146,44 +143,18 @@ def graph_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarra
 def _clip(entry: Mapping[str, Any], skeletons: Sequence[Skeleton], read: "Mapping[str, _Reader]") -> MotionClip:
     require(0 <= entry["skeleton"] < len(skeletons))
     skeleton, n_frames = skeletons[entry["skeleton"]], entry["n_frames"]
-    rotations = _unit_quaternions(
-        read["clip_rotations_xyz"].take(3, skeleton.n_joints, n_frames),
-        read["clip_rotations_w_offset"].take(skeleton.n_joints, n_frames),
-        read["clip_rotations_w_negative"].take(skeleton.n_joints, n_frames),
-    )
-    translations = read["clip_translations"].take(skeleton.n_joints, 3, n_frames)
+    rotations = read["clip_rotations"].take(4, skeleton.n_joints, n_frames)
+    translations = read["clip_translations"].take(3, skeleton.n_joints, n_frames)
     return MotionClip(
         name=entry["name"],
         skeleton=skeleton,
         frame_rate=float(entry["frame_rate"]),
-        rotations=rotations,
-        translations=np.ascontiguousarray(np.moveaxis(translations, -1, 0)),
+        rotations=np.ascontiguousarray(rotations.T),
+        translations=np.ascontiguousarray(translations.T),
         tags={tag: read["clip_tags"].take(n_frames) for tag in entry["tags"]},
         first_frame=float(entry["first_frame"]),
         heading=read["clip_heading"].take(n_frames) if entry["has_heading"] else None,
     )
-
-
-def _unit_parts(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(3, J, F) x, y, z of (F, J, 4) quaternions, and what more it takes to know w: (J, F) offset and sign.
-
-    A unit quaternion's w follows from the other three but for rounding: a small whole number of steps from one float
-    to the next, and a sign. That saves a fifth of a file.
-    """
-    w, x, y, z = np.asarray(quaternions, dtype=float).transpose(2, 1, 0)
-    offset = np.abs(w).view(np.int64) - _expected_w(x, y, z).view(np.int64)
-    return np.stack([x, y, z]), offset, np.signbit(w)
-
-
-def _unit_quaternions(xyz: np.ndarray, offset: np.ndarray, negative: np.ndarray) -> np.ndarray:
-    """(F, J, 4) quaternions of :func:`_unit_parts`."""
-    w = (_expected_w(*xyz).view(np.int64) + offset).view(float)
-    return np.ascontiguousarray(np.stack([np.where(negative, -w, w), *xyz]).transpose(2, 1, 0))
-
-
-def _expected_w(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    # Products, sums and square roots are rounded alike on every machine.
-    return np.ascontiguousarray(np.sqrt(np.maximum(1.0 - (x * x + y * y + z * z), 0.0)))
 
 
 def _joined(arrays: Iterable[np.ndarray], kind: type) -> np.ndarray:

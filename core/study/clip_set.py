@@ -19,7 +19,7 @@ from ..motion.graph import MotionGraph
 from ..motion.graph_archive import GRAPH_FORMAT, graph_from_arrays, graph_to_arrays
 from ..motion.graph_settings import MotionGraphSettings, ThresholdMode
 
-CLIP_SET_FORMAT = ArchiveFormat("clip set", 1, StudyError)
+CLIP_SET_FORMAT = ArchiveFormat("clip set", 2, StudyError)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from ..environment.regions import Region, RegionRule
 from ..errors import StudyError
 from .settings import Value
 
-SCENE_FORMAT = ArchiveFormat("scene", 1, StudyError)
+SCENE_FORMAT = ArchiveFormat("scene", 2, StudyError)
 
 
 @dataclass(frozen=True)

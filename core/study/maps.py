@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..expanse.set_file import write_whole
+from ..files import write_whole
 from ..maps.colors import RULED
 from ..maps.scales import CIVIDIS
 from ..report.png import png_bytes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import StudyError
-from ..expanse.set_file import write_whole
+from ..files import write_whole
 from .clip_set import holds_motion_graph
 from .plan import Source, StudyPlan
 

@@ -15,7 +15,7 @@ from ..embedding.embedding import Embedding
 from ..errors import MotionGraphError, StorageError
 from ..expanse.embedding import ExpanseSummary
 from ..expanse.problem import create_problem, open_problem
-from ..expanse.set_file import write_whole
+from ..files import write_whole
 from ..motion.graph import MotionGraph, build_motion_graph
 from ..motion.graph_archive import graph_to_bytes, load_motion_graph
 from .case import CaseResult, case_result, embed_case, embedding_settings, measure_subject
