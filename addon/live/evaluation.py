@@ -64,15 +64,15 @@ class LiveEvaluation:
         Seconds by the clock from that change to the colours on the floor, and to the picture that shows them.
     error : str
         What is wrong with the scene, if it cannot be evaluated as it is.
-    last_change : float
-        The moment of the last change.
+    last_change, left : float
+        The moments of the last change, and of the end of the last piece of work.
     wants_map : bool
         True if the map is to be painted once although live evaluation is switched off.
     """
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
-        self.changed_at = self.written = self.drawn = 0.0
+        self.changed_at = self.written = self.drawn = self.left = 0.0
         self.error = ""
         self.last_change = self._began_at = time.perf_counter()
         self.wants_map = False
@@ -171,6 +171,7 @@ class LiveEvaluation:
         finally:
             if collects:
                 gc.enable()
+            self.left = time.perf_counter()
         return self.done
 
     def _begin(self, scene, depsgraph, map_only: bool) -> None:

@@ -30,6 +30,9 @@ _SLICE = 0.03
 _TICK = 0.0
 """Seconds of work, and of rest between two slices of it: Blender handles events and draws all the same."""
 
+_LONGEST_SLICE = 0.1
+"""Seconds of work where Blender takes long in between: as much as that, so that the map does not wait for the rest."""
+
 _LOOK = 0.05
 """Seconds between two looks at the settings, of whose changes Blender does not notify us."""
 
@@ -197,7 +200,9 @@ def _tick() -> float | None:
     if _is_dragging() and _earlier_floor(scene) is None:
         # The step of undo would keep what is on its way.
         return _LOOK
-    _work(scene, bpy.context.evaluated_depsgraph_get(), _SLICE, map_only)
+    elsewhere = time.perf_counter() - live.left if live.working else 0.0
+    budget = min(max(_SLICE, elsewhere), _LONGEST_SLICE)
+    _work(scene, bpy.context.evaluated_depsgraph_get(), budget, map_only)
     return _TICK
 
 

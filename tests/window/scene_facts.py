@@ -103,7 +103,7 @@ def findings() -> dict[str, dict[str, str]]:
 def settled() -> hand.Turns:
     """Until the map has followed what was changed."""
     live = part("live.live").evaluation(bpy.context.scene)
-    yield from hand.until(lambda: not (live.working or live.waiting), "the map to follow")
+    yield from hand.until(lambda: live.painted, "the map to follow")
     yield from hand.redrawn()
     if live.error:
         raise hand.Waited(live.error)
