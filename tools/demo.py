@@ -218,7 +218,7 @@ def _draw_map(path, shown: MapScene) -> None:
 
 
 def _region_words() -> str:
-    """What the regions ask for, if they all ask for the same."""
+    """The tag that the regions ask for, if they all ask for the same."""
     rules = {(region.rule, region.tag) for region in bpy.context.scene.wayfarer.environment.regions}
     if len(rules) != 1:
         return "regions with rules"

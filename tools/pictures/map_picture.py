@@ -17,7 +17,7 @@ _PIXELS = 1200
 
 @dataclass(frozen=True)
 class MapScene:
-    """What the pictures show. Objects may be None; ``low`` and ``high`` are the ground's corners (x, y) in metres."""
+    """Contents of the pictures. Objects may be None; ``low`` and ``high`` are the ground's corners (x, y) in metres."""
 
     floor: bpy.types.Object
     obstacles: tuple

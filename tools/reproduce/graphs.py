@@ -184,7 +184,7 @@ def describe_graphs(graphs: Graphs, rows: list[list], trimmed: list[str]) -> Cha
 
 
 def steps_over(graph: MotionGraph) -> bool:
-    """Whether any segment carries the tag that the sample scenes' steps ask for."""
+    """Test whether any segment carries the tag that the sample scenes' steps ask for."""
     return any(STEP_TAG in segment.tags for segment in graph.segments)
 
 
@@ -202,7 +202,7 @@ def children_per_segment(graph: MotionGraph) -> float:
 
 
 def _distance(graph: MotionGraph) -> float:
-    """How far a graph's size is from the paper's: the two ratios' logarithms."""
+    """Distance of a graph's size from the paper's: the two ratios' logarithms."""
     return abs(np.log(len(graph.segments) / PAPER_SEGMENTS)) + abs(np.log(len(graph.links) / PAPER_LINKS))
 
 

@@ -186,5 +186,5 @@ def _sections(parts: dict[str, Chapter], more: list[Section], pictures: dict[str
 
 
 def _plain(value):
-    """What json does not know: NumPy's numbers."""
+    """Convert NumPy's numbers, which json does not know."""
     return plain(value)

@@ -183,7 +183,7 @@ def _tiled_chart(place: Place, embedding: Embedding, path: np.ndarray) -> Drawin
 
 
 def _parts_covered(place: Place, embedding: Embedding) -> int:
-    """How many of the parts that a scene's steps divide it into are covered."""
+    """Count the parts, of those that a scene's steps divide it into, that are covered."""
     grid = embedding.environment.grid
     covered = embedding.covered().any(axis=2)
     y = grid.positions(np.column_stack([np.zeros(grid.shape[1]), np.arange(grid.shape[1])]))[:, 1]

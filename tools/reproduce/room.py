@@ -135,7 +135,7 @@ def _walk_over_the_step(embedding: Embedding, beyond: np.ndarray):
 
 
 def _origins(graphs: Graphs, place: Place, open_best: Embedding) -> tuple[Table, Embedding]:
-    """How nodes and links follow from the graph and the footprint: a table, and the sparse graph's embedding."""
+    """Nodes and links that follow from the graph and the footprint: a table, and the sparse graph's embedding."""
     sparse = place.embed(graphs.nearest)
     paper = PAPER_NODES / PAPER_NODE_SHARE, PAPER_EMBEDDED_LINKS / PAPER_LINK_SHARE
     rows = [_origin("the paper (worked back from its shares)", None, PAPER_SEGMENTS, PAPER_LINKS, *paper)]

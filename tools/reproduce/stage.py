@@ -34,7 +34,7 @@ SLOW = 2.0
 
 @dataclass(frozen=True)
 class Coarseness:
-    """How fine the grids are: as in the paper, or coarser for a quick look.
+    """The fineness of the grids: as in the paper, or coarser for a quick look.
 
     Attributes
     ----------

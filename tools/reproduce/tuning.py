@@ -263,7 +263,7 @@ def _per_place(embedding: Embedding) -> float:
 
 
 def _step_lost_at(whole: Embedding, pruning) -> int | None:
-    """How many segments were left when the last one that steps over was dropped; 0 if never, None if there is none."""
+    """Count the segments left when the last that steps over was dropped; 0 if never, None if there is none."""
     stepping = {i for i, segment in enumerate(whole.graph.segments) if STEP_TAG in segment.tags}
     if not stepping:
         return None
