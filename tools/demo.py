@@ -14,7 +14,6 @@ import numpy as np
 
 from ..addon.bridge.body import add_body, remove_body
 from ..addon.bridge.owned import OUTPUT, ensure_collection, find_walk_curve
-from ..addon.bridge.text import area, counted, number, place, share, time
 from ..addon.properties import MapQuantity
 from ..addon.render.floor import find_floor
 from ..addon.results.store import embedding_of, graph_of, results, walk_of
@@ -26,6 +25,7 @@ from ..core.playback.styles import walk_steps
 from ..core.playback.walk import Walk
 from ..core.playback.walk_motion import motion_steps
 from ..core.progress import finish
+from ..core.wording import area, counted, number, place, share, time
 from .pictures.map_picture import MapScene, draw_map
 from .pictures.view_picture import choose_moments, draw_view
 from .pictures.viewports import add_camera_and_sun, set_up_viewports

@@ -8,7 +8,7 @@ import sys
 import bpy
 
 from ...core.evaluation.floor import floor_cells
-from ..bridge.text import amount, area, counted, share, short, time
+from ...core.wording import amount, area, counted, share, short, time
 from ..results.advice import clip_advice, embedding_advice, environment_advice
 from ..results.store import embedding_of, graph_of, results, whole_of
 

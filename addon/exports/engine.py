@@ -11,8 +11,8 @@ from ...core.errors import ExportError
 from ...core.export.engine_format import ARRAYS_FILE, HEADER_FILE, TABLE_FILE, engine_files_steps
 from ...core.motion.graph import MotionGraph
 from ...core.progress import Progress, portion
+from ...core.wording import counted
 from ..bridge.export_gltf import check_exportable, export_clips
-from ..bridge.text import counted
 from ..bridge.write_action import write_clip
 from .folder import check_folder, remove_earlier, write_files
 

@@ -11,7 +11,7 @@ from typing import Literal
 
 import bpy
 
-from ..bridge import text
+from ...core.wording import time as spoken_time
 from ..jobs import LongOperator
 from ..render.floor import find_floor
 from ..render.viewport import show_colors
@@ -62,8 +62,8 @@ def status(scene) -> tuple[str, Literal["NONE", "INFO", "ERROR", "TIME"]]:
         return ("Updating" if live.working else "Updates when you let go"), "TIME"
     if not live.seconds:
         return "", "NONE"
-    drawn = f", drawn after {text.time(live.drawn)}" if live.drawn else ""
-    return f"Painted after {text.time(live.written)}{drawn}{', when you let go' if slow else ''}", "NONE"
+    drawn = f", drawn after {spoken_time(live.drawn)}" if live.drawn else ""
+    return f"Painted after {spoken_time(live.written)}{drawn}{', when you let go' if slow else ''}", "NONE"
 
 
 # ----------------------------------------------------------------------------------------------- changes

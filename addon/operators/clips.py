@@ -13,8 +13,8 @@ from ...core.progress import Progress, portion
 from ...core.report.contact_chart import ClipContacts, contact_chart
 from ...core.report.page import Figure, Section
 from ...core.report.table import Table, table
+from ...core.wording import counted
 from ..bridge.read_actions import read_clip
-from ..bridge.text import counted
 from ..bridge.write_action import write_clip
 from ..exports.report import open_page
 from ..jobs import LongOperator

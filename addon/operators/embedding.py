@@ -3,7 +3,7 @@
 import bpy
 
 from ...core.evaluation.why_not import lost_links_steps
-from ..bridge.text import counted, share, share_of
+from ...core.wording import counted, share, share_of
 from ..jobs import LongOperator
 from ..results.advice import embedding_advice
 from ..results.store import embedding_of, results

@@ -3,8 +3,8 @@
 import bpy
 
 from ...core.motion.body_size import body_radius
+from ...core.wording import length
 from ..bridge.rig import bind_rig
-from ..bridge.text import length
 from ..properties.environment import REGION_TYPES
 from .mixins import Needs, NeedsCharacter, reports_errors
 

@@ -6,7 +6,7 @@ from bpy.props import EnumProperty
 from ...core.errors import EvaluationError
 from ...core.report.finding import Finding, Topic
 from ...core.report.topics import PRUNING_CURVE, TOPICS
-from ..bridge.text import counted
+from ...core.wording import counted
 from ..exports.report import open_finding
 from ..jobs import LongOperator
 from ..results.clips import deletable_actions

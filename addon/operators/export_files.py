@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import ExportError
 from ...core.report.scene_report import report_files
-from ..bridge.text import counted
+from ...core.wording import counted
 from ..exports.engine import engine_folder_steps, write_engine_folder
 from ..exports.folder import write_files
 from ..exports.report import scene_report_steps, show_page

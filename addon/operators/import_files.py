@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringPro
 from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
 from ...core.progress import Progress, portion
+from ...core.wording import counted
 from ..bridge.action_curves import action_curves
 from ..bridge.body import add_body
 from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, restore, what_is_there
@@ -16,7 +17,6 @@ from ..bridge.libraries import forget_file
 from ..bridge.owned import CHARACTER, WALK_PROPERTY, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
-from ..bridge.text import counted
 from .mixins import Browses, NeedsObjectMode, NeedsRig, reports_errors
 
 

@@ -3,8 +3,8 @@
 import bpy
 
 from ...core.motion.distance import joint_weights
+from ...core.wording import counted
 from ..bridge.rig import bind_rig
-from ..bridge.text import counted
 from ..jobs import LongOperator
 from ..results.workflow import build_graph_steps, keep_built
 from .mixins import NeedsCharacter, NeedsClips, reports_errors

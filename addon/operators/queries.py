@@ -9,9 +9,9 @@ from ...core.maps.times import paint_query
 from ...core.playback.styles import STYLES, WalkRequest
 from ...core.progress import Progress, portion
 from ...core.report.topics.times import reach_finding
+from ...core.wording import counted, time
+from ...core.wording import place as place_words
 from ..bridge.owned import OUTPUT, ensure_collection, find_collection, walk_fan
-from ..bridge.text import counted, time
-from ..bridge.text import place as place_words
 from ..jobs import LongOperator
 from ..render.viewport import show_colors
 from ..render.walk_fan import draw_walk_fan, remove_walk_fan

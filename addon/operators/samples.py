@@ -5,8 +5,8 @@ from bpy.props import EnumProperty
 
 from ...core.motion.repertoire import sample_repertoire
 from ...core.progress import Progress
+from ...core.wording import counted, time
 from ..bridge.owned import CHARACTER, ensure_collection
-from ..bridge.text import counted, time
 from ..jobs import LongOperator
 from ..sample.character import add_sample_character
 from ..sample.layouts import LAYOUTS, layout_of

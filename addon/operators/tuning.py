@@ -4,7 +4,7 @@ import bpy
 
 from ...core.report.topics.pruning import pruning_finding
 from ...core.tuning.pruning import prune_steps
-from ..bridge.text import amount, area, counted, share_of
+from ...core.wording import amount, area, counted, share_of
 from ..jobs import LongOperator
 from ..results.findings import keep_finding
 from ..results.pruned import keep_pruning, restore_whole

@@ -6,9 +6,9 @@ from bpy.props import IntProperty
 from ...core.playback.styles import STYLES, walk_steps
 from ...core.playback.walk_motion import motion_steps
 from ...core.progress import Progress, portion
+from ...core.wording import counted, length, time
+from ...core.wording import slide as slide_words
 from ..bridge.copies import find_copies
-from ..bridge.text import counted, length, time
-from ..bridge.text import slide as slide_words
 from ..jobs import LongOperator
 from ..results.advice import start_advice
 from ..results.shown import find_walk

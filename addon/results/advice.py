@@ -3,9 +3,9 @@
 Nothing here stops anybody: what cannot be done at all is an error of the core.
 """
 
+from ...core.wording import length, number, rough, share
 from ..bridge.clip_actions import character_problem
 from ..bridge.tags import tag_names
-from ..bridge.text import length, number, rough, share
 from ..properties.environment import REGION_TYPES
 from ..scene.inputs import obstacle_objects
 from .staleness import embedding_changes

@@ -5,9 +5,10 @@ from typing import Any
 
 import bpy
 
+from ...core.wording import time, turn
 from ..bridge.clip_actions import action_seconds
 from ..bridge.tags import tag_names
-from ..bridge.text import scene_length, time, turn
+from ..bridge.units import scene_length
 from ..results.clips import health_of, motion_of
 
 _NAME_SHARES = (1.0, 0.7, 0.5, 0.36)

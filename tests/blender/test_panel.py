@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 from bl_ext.user_default.wayfarer.addon import properties
-from bl_ext.user_default.wayfarer.addon.bridge import text as numbers
+from bl_ext.user_default.wayfarer.addon.bridge import units
 from bl_ext.user_default.wayfarer.addon.operators import CLASSES as OPERATORS
 from bl_ext.user_default.wayfarer.addon.results import store
 from bl_ext.user_default.wayfarer.addon.ui import lists, text
@@ -302,9 +302,9 @@ def test_panels_tell_lengths_in_the_units_of_the_scene(system, told):
 def test_slides_are_told_in_the_units_of_the_scene():
     scene = bpy.context.scene
     scene.unit_settings.system = "METRIC"
-    assert numbers.scene_slide(scene, 0.0213) == "2.13 cm/s"
+    assert units.scene_slide(scene, 0.0213) == "2.13 cm/s"
     scene.unit_settings.system = "IMPERIAL"
-    assert numbers.scene_slide(scene, 0.3048) == "1 ft/s"
+    assert units.scene_slide(scene, 0.3048) == "1 ft/s"
 
 
 def test_defaults_are_the_cores():

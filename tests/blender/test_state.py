@@ -9,7 +9,6 @@ import pytest
 from bl_ext.user_default.wayfarer.addon.bridge.clip_actions import action_seconds, character_actions, character_problem
 from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_files_steps
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
-from bl_ext.user_default.wayfarer.addon.bridge.text import counted
 from bl_ext.user_default.wayfarer.addon.jobs import clock
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.results import advice, clips, shown, staleness, store
@@ -17,6 +16,7 @@ from bl_ext.user_default.wayfarer.addon.scene.inputs import read_character_steps
 from bl_ext.user_default.wayfarer.addon.ui import lists
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.progress import finish
+from bl_ext.user_default.wayfarer.core.wording import counted
 
 operators = bpy.ops.wayfarer
 

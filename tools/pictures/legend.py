@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...addon.bridge.text import length as length_words
 from ...core.maps.scales import GREYS
+from ...core.wording import length as length_words
 from .picture_scene import PictureScene
 
 _TEXT = (0.86, 0.87, 0.89)

@@ -2,9 +2,10 @@
 
 import bpy
 
+from ....core.wording import of, share, time, turn
 from ...bridge.clip_actions import action_seconds
 from ...bridge.tags import tag_names
-from ...bridge.text import of, scene_length, share, time, turn
+from ...bridge.units import scene_length
 from ...results.advice import clip_advice
 from ...results.clips import contacts_of, health_of, motion_of
 from ..text import draw_wrapped

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...bridge.text import angle, memory, number, share, share_of, short, small
+from ....core.wording import angle, memory, number, share, share_of, short, small
 from ...results.advice import embedding_advice
 from ...results.staleness import embedding_changes, embedding_is_stale
 from ...results.store import lost_links, results

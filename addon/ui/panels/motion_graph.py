@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...bridge.text import number, of, short, time
+from ....core.wording import number, of, short, time
 from ...results.staleness import graph_changes, graph_is_stale
 from ...results.store import results
 from ..text import draw_wrapped

@@ -2,7 +2,8 @@
 
 import bpy
 
-from ...bridge.text import angle, number, of, scene_length, scene_slide, small, time
+from ....core.wording import angle, number, of, small, time
+from ...bridge.units import scene_length, scene_slide
 from ...results.advice import stale_advice
 from ...results.shown import find_walk
 from ...results.staleness import walk_changes, walk_is_stale

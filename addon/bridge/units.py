@@ -1,55 +1,10 @@
-"""Numbers in sentences: those of the core, at hand for the whole add-on, its panels included.
-
-What panels tell beside fields with units follows the units of the scene; sentences, maps and files are in metres.
-"""
+"""Numbers in the units of the scene, for panels: sentences, maps and files are in metres."""
 
 from typing import Any
 
 import bpy
 
-from ...core.wording import (
-    amount,
-    angle,
-    area,
-    counted,
-    exact,
-    length,
-    memory,
-    number,
-    of,
-    place,
-    rough,
-    share,
-    share_of,
-    short,
-    slide,
-    small,
-    time,
-    turn,
-)
-
-__all__ = [
-    "amount",
-    "angle",
-    "area",
-    "counted",
-    "exact",
-    "length",
-    "memory",
-    "number",
-    "of",
-    "place",
-    "rough",
-    "scene_length",
-    "scene_slide",
-    "share",
-    "share_of",
-    "short",
-    "slide",
-    "small",
-    "time",
-    "turn",
-]
+from ...core.wording import length, slide
 
 _IMPERIAL_DIGITS = 3
 
