@@ -8,9 +8,8 @@ import bpy
 
 from ...core.errors import EvaluationError
 from ...core.maps.colors import displayed
-from ...core.maps.legend import MapLegend
-from ...core.maps.scales import ColorScale
-from ...core.report.chart import ColorBar, Swatch, map_chart
+from ...core.maps.legend import ColorBar, MapLegend, Swatch
+from ...core.report.chart import map_chart
 from ...core.report.drawing import Drawing, svg
 from ...core.report.floor_chart import picture_of
 from ...core.report.png import png_bytes
@@ -69,8 +68,7 @@ def _map_drawing(floor) -> Drawing:
     shown = legend if legend is not None else MapLegend("Map")
     entries: list[Swatch | ColorBar] = []
     if shown.bar is not None:
-        ticks = shown.bar.ticks
-        scale = ColorScale(shown.title, shown.bar.stops)
-        entries.append(ColorBar(scale, f"{ticks[0][1]} {shown.unit}", f"{ticks[-1][1]} {shown.unit}"))
-    entries += [Swatch(swatch.color, f"{swatch.text} {swatch.value}".strip()) for swatch in shown.swatches]
+        ticks = tuple((at, f"{text} {shown.unit}") for at, text in shown.bar.ticks)
+        entries.append(ColorBar(shown.bar.stops, ticks))
+    entries += shown.swatches
     return map_chart(shown.title, displayed(colors[..., :3]), painted_cell_size(floor), entries, width=720)

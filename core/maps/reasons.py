@@ -29,8 +29,8 @@ _REASON_COLORS = {
 }
 
 # sRGB, apart for everybody: vermilion and yellow of Okabe and Ito's palette on light and dark grey.
-_WEAKNESS_COLORS = {Weakness.UNREACHED: (0.84, 0.37, 0.00), Weakness.FEW_WAYS: (0.94, 0.89, 0.26)}
-_SOUND, _BLOCKED = (0.72, 0.72, 0.71), (0.10, 0.11, 0.13)
+WEAKNESS_COLORS = {Weakness.UNREACHED: (0.84, 0.37, 0.00), Weakness.FEW_WAYS: (0.94, 0.89, 0.26)}
+SOUND, _BLOCKED = (0.72, 0.72, 0.71), (0.10, 0.11, 0.13)
 _LISTED = 5
 
 
@@ -78,16 +78,16 @@ def _weak_spot_steps(embedding: Embedding, options: MapOptions) -> Generator[Pro
     found = yield from weak_spots_steps(embedding, WeakSpotSettings(threshold=options.few_ways))
     environment = embedding.environment
     ruled = ruled_cells(environment, embedding.unrolling.sweep.classes)[..., None]
-    colors = np.where(environment.free_cells()[..., None], np.where(ruled, RULED, _SOUND), _BLOCKED)
-    shares = dict.fromkeys(_WEAKNESS_COLORS, 0)
+    colors = np.where(environment.free_cells()[..., None], np.where(ruled, RULED, SOUND), _BLOCKED)
+    shares = dict.fromkeys(WEAKNESS_COLORS, 0)
     for number, spot in enumerate(found.spots, start=1):
         cells = found.labels == number
-        colors[cells] = _WEAKNESS_COLORS[spot.weakness]
+        colors[cells] = WEAKNESS_COLORS[spot.weakness]
         shares[spot.weakness] += int(cells.sum())
     cell_area = environment.grid.cell_size**2
     rule = (Swatch(RULED, "Region With a Rule"),) if environment.regions else ()
     swatches = [
-        Swatch(_WEAKNESS_COLORS[weakness], weakness.value, wording.area(n_cells * cell_area))
+        Swatch(WEAKNESS_COLORS[weakness], weakness.value, wording.area(n_cells * cell_area))
         for weakness, n_cells in shares.items()
     ]
     listed = tuple(
@@ -95,7 +95,7 @@ def _weak_spot_steps(embedding: Embedding, options: MapOptions) -> Generator[Pro
     )
     legend = MapLegend(
         title="Weak Spots",
-        swatches=(*swatches, Swatch(_SOUND, "Sound"), *rule, Swatch(_BLOCKED, "Too Near an Obstacle")),
+        swatches=(*swatches, Swatch(SOUND, "Sound"), *rule, Swatch(_BLOCKED, "Too Near an Obstacle")),
         numbers=(("Weak Spots", wording.number(len(found.spots))), *listed),
     )
     return PaintedMap(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import wording
+from ..maps.legend import ColorBar, Swatch
 from ..maps.scales import SERIES, ColorScale
 from .drawing import FAINT, INK, QUIET, Anchor, Color, Drawing, Label, Line, Mark, Picture, Rectangle
 from .ticks import ticks
@@ -121,23 +122,6 @@ def bars(title: str, unit: str, names: Sequence[str], values: Sequence[float]) -
 
 
 @dataclass(frozen=True)
-class Swatch:
-    """A colour of a map and what it stands for."""
-
-    color: Color
-    text: str
-
-
-@dataclass(frozen=True)
-class ColorBar:
-    """A colour scale and the texts at its ends."""
-
-    scale: ColorScale
-    lowest: str
-    highest: str
-
-
-@dataclass(frozen=True)
 class Trace:
     """A line over a map.
 
@@ -199,19 +183,21 @@ def map_chart(
     marks.append(Label(left + metres / cell_size * scale + 8, y + 4, f"{wording.exact(metres)} m", 11))
     x, y = left, y + 10
     for entry in legend:
-        wide = 26 + 6.5 * len(entry.text) if isinstance(entry, Swatch) else 190.0
+        words = f"{entry.text} {entry.value}".strip() if isinstance(entry, Swatch) else ""
+        wide = 26 + 6.5 * len(words) if words else 190.0
         if x > left and x + wide > width - 16:
             x, y = left, y + _LINE
         if isinstance(entry, Swatch):
             marks.append(Rectangle(x, y, 12, 12, entry.color))
-            marks.append(Label(x + 18, y + 11, entry.text, 11))
+            marks.append(Label(x + 18, y + 11, words, 11))
         else:
-            marks.append(Label(x, y + 11, entry.lowest, 11))
-            start = x + 8 + 6.5 * len(entry.lowest)
-            ramp = np.round(255 * entry.scale.colors(np.linspace(0, 1, 64))).astype(np.uint8)[None]
+            (_, lowest), (_, highest) = entry.ticks[0], entry.ticks[-1]
+            marks.append(Label(x, y + 11, lowest, 11))
+            start = x + 8 + 6.5 * len(lowest)
+            ramp = np.round(255 * ColorScale("", entry.stops).colors(np.linspace(0, 1, 64))).astype(np.uint8)[None]
             marks.append(Picture(start, y, 90, 12, ramp))
-            marks.append(Label(start + 98, y + 11, entry.highest, 11))
-            wide = start + 98 + 6.5 * len(entry.highest) - x + 14
+            marks.append(Label(start + 98, y + 11, highest, 11))
+            wide = start + 98 + 6.5 * len(highest) - x + 14
         x += wide
     return Drawing(width, round(y + 26), tuple(marks))
 

@@ -21,8 +21,9 @@ from ..maps.colors import (
     lightness,
     ruled_samples,
 )
+from ..maps.legend import ColorBar, Swatch
 from ..maps.scales import CIVIDIS, GREYS, ColorScale
-from .chart import ColorBar, Swatch, Trace, map_chart
+from .chart import Trace, map_chart
 from .drawing import Color, Drawing, Picture
 
 #: Left against right.
@@ -89,7 +90,8 @@ def amount_chart(
     the dark end.
     """
     end = lightest_value(values) if lightest is None else lightest
-    bar = ColorBar(scale, least, f"{wording.short(end)}{'+' if values.max(initial=0) > end else ''} {unit}")
+    most = f"{wording.short(end)}{'+' if values.max(initial=0) > end else ''} {unit}"
+    bar = ColorBar(scale.stops, ((0.0, least), (1.0, most)))
     colors = scale.colors(lightness(values, end))
     return floor_chart(scene, title, colors, values > 0, (bar,), missing, walks, width)
 
@@ -118,7 +120,8 @@ def balance_chart(scene: FloorScene, title: str, balance: np.ndarray, low: str, 
     """Shares (nx, ny) from -1 (``low``) to 1 (``high``), not a number where there is none."""
     present = np.isfinite(balance)
     colors = BALANCE.colors(np.where(present, balance, 0.0) / 2 + 0.5)
-    return floor_chart(scene, title, colors, present, (ColorBar(BALANCE, low, high),), "no links", (), width)
+    bar = ColorBar(BALANCE.stops, ((0.0, low), (1.0, high)))
+    return floor_chart(scene, title, colors, present, (bar,), "no links", (), width)
 
 
 def floor_chart(

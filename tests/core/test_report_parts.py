@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib import image
 
+from core.maps.legend import ColorBar, Swatch
 from core.maps.scales import CIVIDIS, GREYS
-from core.report.chart import ColorBar, Series, Swatch, bar_chart, line_chart, map_chart
+from core.report.chart import Series, bar_chart, line_chart, map_chart
 from core.report.contact_chart import LEFT, RIGHT, ClipContacts, contact_chart
 from core.report.drawing import Label, Line, Picture, Rectangle, svg
 from core.report.page import Bullets, Figure, FigureRow, Paragraph, Section, html_page
@@ -86,7 +87,8 @@ def test_bar_chart_escapes_names_and_scales_bars():
 def test_map_chart_shows_cells_with_y_upwards():
     colors = np.zeros((3, 2, 3))
     colors[2, 1] = (1.0, 0.0, 0.0)  # the cell farthest to the right and on top
-    drawing = map_chart("Map", colors, 0.5, [Swatch((1, 0, 0), "there"), ColorBar(GREYS, "0", "9")])
+    bar = ColorBar(GREYS.stops, ((0.0, "0"), (1.0, "9")))
+    drawing = map_chart("Map", colors, 0.5, [Swatch((1, 0, 0), "there"), bar])
     floor = next(mark for mark in drawing.marks if isinstance(mark, Picture))
     assert floor.pixels.shape == (2, 3, 3)
     assert np.argwhere(floor.pixels[:, :, 0] == 255).tolist() == [[0, 2]]

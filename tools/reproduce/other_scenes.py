@@ -9,12 +9,13 @@ from ...core.errors import WalkError
 from ...core.evaluation.environment_coverage import environment_coverage
 from ...core.evaluation.variability import floor_variability
 from ...core.maps.colors import BLOCKED, OBSTACLE, WALK, lightest_value, lightness
+from ...core.maps.legend import ColorBar, Swatch
 from ...core.maps.scales import GREYS, SERIES
 from ...core.motion.graph import MotionGraph
 from ...core.playback.crowd import Crowd, CrowdSettings, crowd_steps, scattered_starts
 from ...core.playback.walk import WalkSettings, random_walk_steps
 from ...core.progress import finish
-from ...core.report.chart import ColorBar, Swatch, Trace, map_chart
+from ...core.report.chart import Trace, map_chart
 from ...core.report.drawing import Drawing
 from ...core.report.floor_chart import FloorWalk, amount_chart, floor_pixels
 from ...core.report.page import Figure, FigureRow, Paragraph, Section
@@ -174,7 +175,7 @@ def _tiled_chart(place: Place, embedding: Embedding, path: np.ndarray) -> Drawin
     corner = np.array(grid.origin) - np.array(grid.size) * (N_TILES // 2)
     trace = Trace((path[:, :2] - corner) / grid.sample_size - 0.5, WALK)
     legend = (
-        ColorBar(GREYS, "few", f"{wording.short(end)}+ ways"),
+        ColorBar(GREYS.stops, ((0.0, "few"), (1.0, f"{wording.short(end)}+ ways"))),
         Swatch(BLOCKED, "too near an obstacle"),
         Swatch(OBSTACLE, "obstacle"),
         Swatch(WALK, "the walk"),

@@ -8,8 +8,9 @@ from ... import wording
 from ...embedding.embedding import Embedding
 from ...evaluation.capture.candidate import Candidate, CandidateFamily, candidates
 from ...evaluation.capture.director import CaptureAdvice, Gain, direct_capture_steps
+from ...maps.legend import Swatch
 from ...progress import Progress, finish
-from ..chart import Swatch, bars
+from ..chart import bars
 from ..drawing import Drawing
 from ..finding import Contribution, Finding, Questions, Row, Topic
 from ..floor_chart import floor_chart

@@ -9,8 +9,10 @@ from ...embedding.embedding import Embedding
 from ...evaluation.variability import variability_steps
 from ...evaluation.weak_spots import Domain, Weakness, WeakSpot, WeakSpots, WeakSpotSettings, weak_spots_steps
 from ...evaluation.why_not import REASON_LABELS, Reason
+from ...maps.legend import Swatch
+from ...maps.reasons import SOUND, WEAKNESS_COLORS
 from ...progress import Progress, finish, portion
-from ..chart import Swatch, bars
+from ..chart import bars
 from ..drawing import Drawing
 from ..finding import Contribution, Finding, Questions, Row, Topic
 from ..floor_chart import floor_chart
@@ -22,9 +24,6 @@ from ..table import Table, table
 FEW_WAYS_SHARE = 0.02
 
 _LISTED = 6
-# sRGB, apart for everybody: vermilion and yellow of Okabe and Ito's palette on light and dark grey.
-_COLORS = {Weakness.UNREACHED: (0.84, 0.37, 0.00), Weakness.FEW_WAYS: (0.94, 0.89, 0.26)}
-_SOUND = (0.72, 0.72, 0.71)
 
 
 def _find_steps(embedding: Embedding, questions: Questions) -> Generator[Progress, None, Finding]:
@@ -79,13 +78,13 @@ def _row(spot: WeakSpot) -> Row:
 def _contribution(
     embedding: Embedding, questions: Questions, found: WeakSpots, threshold: int, spots: Table
 ) -> Contribution:
-    colors = np.full((*embedding.shape[:2], 3), _SOUND)
+    colors = np.full((*embedding.shape[:2], 3), SOUND)
     for number, spot in enumerate(found.spots, start=1):
-        colors[found.labels == number] = _COLORS[spot.weakness]
+        colors[found.labels == number] = WEAKNESS_COLORS[spot.weakness]
     legend = [
-        Swatch(_COLORS[Weakness.UNREACHED], "not reached"),
-        Swatch(_COLORS[Weakness.FEW_WAYS], "few ways"),
-        Swatch(_SOUND, "sound"),
+        Swatch(WEAKNESS_COLORS[Weakness.UNREACHED], "not reached"),
+        Swatch(WEAKNESS_COLORS[Weakness.FEW_WAYS], "few ways"),
+        Swatch(SOUND, "sound"),
     ]
     listed = (found.labels > 0) | embedding.covered().any(axis=2)
     scene = questions.floor_scene(embedding)
