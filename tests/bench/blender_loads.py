@@ -74,7 +74,7 @@ def many_actions(n_actions: int) -> dict:
 
     from bl_ext.user_default.wayfarer.addon.operators.clips import WAYFARER_OT_examine_clips
     from bl_ext.user_default.wayfarer.addon.results import store, workflow
-    from bl_ext.user_default.wayfarer.addon.results import watch as data_watch
+    from bl_ext.user_default.wayfarer.addon.results import staleness
     from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 
     bpy.ops.wayfarer.add_sample_character()
@@ -96,7 +96,7 @@ def many_actions(n_actions: int) -> dict:
     watch.record["segments"] = len(store.results(scene).graph.segments)
     watch.record["links"] = len(store.results(scene).graph.links)
     # What the timer does once changes have come to an end.
-    watch.run("look", data_watch._look_steps(scene))
+    watch.run("look", staleness._look_steps(scene))
     return watch.record
 
 
