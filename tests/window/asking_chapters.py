@@ -133,7 +133,7 @@ def reach_region(note) -> hand.Turns:
 def walks_from(note) -> hand.Turns:
     """Click a place on the floor and see walks from there; Esc before the click changes nothing."""
     walks = part("render.walk_fan")
-    output = bpy.data.collections[part("scene_collections").OUTPUT]
+    output = bpy.data.collections[part("bridge.owned").OUTPUT]
     yield from sidebar.open_part("Queries", "Walks from Here")
     yield from editors.fill("Queries", "wayfarer.queries.n_walks", "5")
     settings().queries.duration = 4.0

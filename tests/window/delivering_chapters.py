@@ -22,7 +22,7 @@ def bake_otherwise(note) -> hand.Turns:
     keep_picture("30_walk_as_strips")
     yield from editors.turn_to("Walk", "wayfarer.walk.output", lambda: walk.output, "COPY")
     yield from _walk()
-    copies = part("walks.copies").find_copies(bpy.context.scene, part("walks.baking").COPY_COLLECTION)
+    copies = part("bridge.copies").find_copies(bpy.context.scene, part("walks.baking").COPY_COLLECTION)
     armatures = [obj for obj in copies if obj.type == "ARMATURE"]
     note("copies", [obj.animation_data.action.name for obj in armatures])
     keep_picture("31_walk_as_copy")
@@ -49,7 +49,7 @@ def crowd(note) -> hand.Turns:
     asked.duration = 5.0
 
     def walkers() -> list:
-        copies = part("walks.copies").find_copies(scene, part("walks.crowd").CROWD_COLLECTION)
+        copies = part("bridge.copies").find_copies(scene, part("walks.crowd").CROWD_COLLECTION)
         return [obj for obj in copies if obj.type == "ARMATURE"]
 
     yield from sidebar.open_part("Walk", "Crowd")
