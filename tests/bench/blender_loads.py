@@ -73,8 +73,7 @@ def many_actions(n_actions: int) -> dict:
     import bpy
 
     from bl_ext.user_default.wayfarer.addon.operators.clips import WAYFARER_OT_examine_clips
-    from bl_ext.user_default.wayfarer.addon.results import store, workflow
-    from bl_ext.user_default.wayfarer.addon.results import staleness
+    from bl_ext.user_default.wayfarer.addon.results import staleness, store, workflow
     from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 
     bpy.ops.wayfarer.add_sample_character()
