@@ -31,9 +31,9 @@ N_SPLIT = 2
 # versions of Python, NumPy and SciPy is how they count, round and pack bits, what they write, and how they read it.
 ONE_PYTHON = (
     # These look at sources, texts and dev.py, or work with Dask, which is not there.
-    *("docs", "expanse_cluster", "remedies", "security", "set_up", "study_cluster"),
+    *("docs", "parcels_cluster", "remedies", "security", "set_up", "study_cluster"),
     # These make much out of what other files test by itself: long walks, large grounds, many embeddings or processes.
-    *("ablation", "capture", "directed", "doctor", "expanse", "limits", "loop", "metrics", "pruning", "repertoire"),
+    *("ablation", "capture", "directed", "doctor", "parcels", "limits", "loop", "metrics", "pruning", "repertoire"),
     *("root_path", "study", "threshold", "walk", "wandering", "why_not"),
 )
 NO_TESTS = 5  # pytest's exit code where nothing was selected

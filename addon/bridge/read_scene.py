@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.environment.obstacle_masks import ObstacleCache
 from ...core.environment.pieces import Piece, Shape, all_triangles
-from ...core.environment.traces import TraceMemory
 from ...core.errors import SceneError
 
 _MOST_PIECES = 20_000
@@ -24,11 +24,11 @@ class ShapeMemory:
 
     Attributes
     ----------
-    traces : TraceMemory
+    obstacles : ObstacleCache
         What the shapes leave on the ground; known by their content, and so never wrong.
     """
 
-    traces: TraceMemory = field(default_factory=TraceMemory)
+    obstacles: ObstacleCache = field(default_factory=ObstacleCache)
     _shapes: dict[tuple, Shape] = field(default_factory=dict)
     _pieces: dict[tuple, Piece] = field(default_factory=dict)
 

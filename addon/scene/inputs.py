@@ -274,8 +274,8 @@ def make_environment_steps(
     """
     settings = scene.wayfarer.environment
     grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
-    body, traces = settings.to_core(shapes.ground_height), memory.traces if memory is not None else None
-    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, traces)
+    body, cache = settings.to_core(shapes.ground_height), memory.obstacles if memory is not None else None
+    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, cache)
 
 
 def scene_regions(scene, shapes: SceneShapes) -> list[Region]:

@@ -3,8 +3,8 @@
 import os
 
 from ..archive import archive_from_bytes, archive_to_bytes, load_archive
+from .arrays import EMBEDDING_FORMAT, parts_from_arrays, parts_to_arrays
 from .embedding import Embedding
-from .parts import EMBEDDING_FORMAT, parts_from_arrays, parts_to_arrays
 
 
 def embedding_to_bytes(embedding: Embedding) -> bytes:

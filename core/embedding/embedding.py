@@ -15,11 +15,11 @@ from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
+from .arrays import EMBEDDING_FORMAT, Parts, parts_to_arrays
 from .closure import reached_from_steps, reaching_steps
 from .component import largest_component_steps
 from .network import StepNetwork
 from .node_set import NodeSet
-from .parts import EMBEDDING_FORMAT, Parts, parts_to_arrays
 from .settings import EmbeddingSettings
 from .stencil import build_stencils, fewest_stencils
 from .sweep import sweep_steps
@@ -291,8 +291,10 @@ def with_nodes(embedding: Embedding, nodes: NodeSet) -> Embedding:
 def restrict_steps(
     embedding: Embedding, nodes: NodeSet, core: NodeSet | None = None
 ) -> Generator[Progress, None, Embedding]:
-    """Return what :func:`restrict` does. Yields progress.
+    """Return what is left of an embedding when only these of its nodes may be used: the largest strongly connected
+    component. Yields progress.
 
+    The graph, the environment and the one-step links stay the same; whatever prunes an embedding ends here.
     ``core`` may be a strongly connected part of ``nodes``: it makes the search faster, and leaves the result as it is.
     """
     network, nodes = embedding.network, nodes & embedding.nodes
@@ -304,15 +306,6 @@ def restrict_steps(
             return with_nodes(embedding, component)
     kept = yield from portion(largest_component_steps(network, within=nodes), 0.6 if core else 0.0, 1.0)
     return with_nodes(embedding, kept.nodes)
-
-
-def restrict(embedding: Embedding, nodes: NodeSet) -> Embedding:
-    """Return what is left of an embedding when only these of its nodes may be used: the largest strongly connected
-    component.
-
-    The graph, the environment and the one-step links stay the same; whatever prunes an embedding ends here.
-    """
-    return finish(restrict_steps(embedding, nodes))
 
 
 def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environment, settings: EmbeddingSettings) -> bool:

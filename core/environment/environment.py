@@ -9,10 +9,10 @@ from .. import wording
 from ..errors import SceneError
 from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
+from .obstacle_masks import ObstacleCache
 from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_strips
 from .pieces import Piece, all_triangles
 from .regions import Region, RegionMask, RegionRule, rasterise_regions
-from .traces import TraceMemory
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,17 @@ def build_environment(
     obstacles: np.ndarray | Sequence[Piece],
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
-    memory: TraceMemory | None = None,
+    memory: ObstacleCache | None = None,
 ) -> Environment:
-    """:func:`build_environment_steps`, at once."""
+    """Rasterise obstacles and regions, see :func:`build_environment_steps`.
+
+    >>> wall = np.array([[[1.6, 0.0, 0.0], [1.6, 3.0, 0.0], [1.6, 0.0, 1.0]]])  # a triangle that stands on its edge
+    >>> environment = build_environment(Grid((3, 3, 4), 1.0), wall, settings=EnvironmentSettings(radius=0.25))
+    >>> environment.free_cells().astype(int)
+    array([[1, 1, 1],
+           [0, 0, 0],
+           [1, 1, 1]])
+    """
     return finish(build_environment_steps(grid, obstacles, regions, settings, memory))
 
 
@@ -103,16 +111,16 @@ def build_environment_steps(
     obstacles: np.ndarray | Sequence[Piece],
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
-    memory: TraceMemory | None = None,
+    memory: ObstacleCache | None = None,
 ) -> Generator[Progress, None, Environment]:
-    """Rasterise obstacles and regions.
+    """Rasterise obstacles and regions. Yields progress.
 
     Parameters
     ----------
     obstacles : (T, 3, 3) float array, or sequence of Piece
         World-space triangles in metres. Only what lies between step height and head height above the ground counts.
     regions : sequence of Region
-    memory : TraceMemory, optional
+    memory : ObstacleCache, optional
         What the pieces left when they were last rasterised: those that it knows are not looked at again, and the
         others in several steps. The environment is the same with it and without.
 

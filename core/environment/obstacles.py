@@ -235,7 +235,7 @@ class _ByRows:
         return self._polygons[(self._high >= first - 1) & (self._low <= last + 1)]
 
 
-class Footing:
+class PolygonRaster:
     """Polygons over a ground and ``margin`` samples around it, to be rasterised in strips.
 
     ``polygons`` is an array (n, k, 2) of world coordinates in metres. On a tiled ground everything repeats with the
@@ -282,12 +282,12 @@ class Footing:
 
 
 def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarray:
-    """Samples of the ground and of ``margin`` samples around it that the polygons touch, see :class:`Footing`."""
-    footing = Footing(grid, polygons, margin)
-    width, depth = footing.shape
+    """Samples of the ground and of ``margin`` samples around it that the polygons touch, see :class:`PolygonRaster`."""
+    raster = PolygonRaster(grid, polygons, margin)
+    width, depth = raster.shape
     occupied = np.empty((width, depth), dtype=bool)
     for first, last in strips(width, depth):
-        occupied[first:last] = footing.rows(first, last)
+        occupied[first:last] = raster.rows(first, last)
     return occupied
 
 

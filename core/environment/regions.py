@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import SceneError
 from .grid import SUBDIVISION, Grid
-from .obstacles import Footing, clip_to_heights, samples_within, strips
+from .obstacles import PolygonRaster, clip_to_heights, samples_within, strips
 
 
 class RegionRule(Enum):
@@ -113,11 +113,11 @@ def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
     nx, ny, n_headings = grid.shape
     finer = Grid((nx * _FINER, ny * _FINER, n_headings), grid.cell_size / _FINER, grid.origin, grid.tiled)
     # The tolerance lets a region that ends with a sample hold it.
-    footing = Footing(finer, shadow, margin=1, tolerance=1e-6)
+    raster = PolygonRaster(finer, shadow, margin=1, tolerance=1e-6)
     width, depth = nx * SUBDIVISION, ny * SUBDIVISION
     inside = np.empty((width, depth), dtype=bool)
     for first, last in strips(width, depth * _FINER**2):
-        touched = footing.rows(first * _FINER, last * _FINER + 2)
+        touched = raster.rows(first * _FINER, last * _FINER + 2)
         rows = touched[:-2] & touched[1:-1] & touched[2:]
         kept = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
         inside[first:last] = kept.reshape(last - first, _FINER, depth, _FINER).all(axis=(1, 3))

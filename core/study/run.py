@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import MotionGraphError, StorageError, StudyError
-from ..expanse.embedding import embed_expanse_steps
-from ..expanse.work import Serial
+from ..parcels.embedding import embed_parcels_steps
+from ..parcels.work import Serial
 from ..progress import Progress
 from ..wording import counted
 from . import tasks
@@ -300,7 +300,7 @@ class _Study:
                 self._settle(case, wrong[0])
                 return
         try:
-            steps = embed_expanse_steps(folder, self.executor)
+            steps = embed_parcels_steps(folder, self.executor)
             while True:
                 try:
                     progress = next(steps)
@@ -323,7 +323,7 @@ class _Study:
             str(self.folder / self._maps(case)),
             str(self._result_file(case)),
         )
-        measured = _Job(tasks.measure_expanse, arguments, lambda problem: self._settle(case, problem))
+        measured = _Job(tasks.measure_parcels, arguments, lambda problem: self._settle(case, problem))
         yield from self._jobs_steps([measured])
 
     def _progress(self) -> Progress:

@@ -11,9 +11,9 @@ import numpy as np
 from ..embedding.embedding import Embedding
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
-from ..expanse.embedding import MAPS, ExpanseSummary
-from ..expanse.problem import Problem
 from ..motion.graph import MotionGraph
+from ..parcels.embedding import MAPS, ParcelSummary
+from ..parcels.problem import Problem
 
 Found = TypeVar("Found")
 
@@ -111,7 +111,7 @@ class WholeGround(Subject):
 class ParcelledGround(Subject):
     """A ground that was embedded in parcels; its maps are put together from those of the parcels."""
 
-    def __init__(self, problem: Problem, summary: ExpanseSummary):
+    def __init__(self, problem: Problem, summary: ParcelSummary):
         self.graph = problem.graph
         self._environment = problem.environment
         self.cell_size = problem.plan.grid.cell_size

@@ -13,11 +13,11 @@ from pathlib import Path
 
 from ..embedding.embedding import Embedding
 from ..errors import MotionGraphError, StorageError
-from ..expanse.embedding import ExpanseSummary
-from ..expanse.problem import create_problem, open_problem
 from ..files import write_whole
 from ..motion.graph import MotionGraph, build_motion_graph
 from ..motion.graph_archive import graph_to_bytes, load_motion_graph
+from ..parcels.embedding import ParcelSummary
+from ..parcels.problem import create_problem, open_problem
 from .case import CaseResult, case_result, embed_case, embedding_settings, measure_subject
 from .clip_set import load_clip_set
 from .geometry import SceneGeometry, environment_of, load_scene
@@ -55,7 +55,7 @@ def measure_case(scene: str, graph: str, values: Mapping[str, Value], measures: 
 
 
 def lay_out(scene: str, graph: str, values: Mapping[str, Value], folder: str) -> str:
-    """Prepare a large ground for :mod:`core.expanse`; returns what is wrong with it, or nothing."""
+    """Prepare a large ground for :mod:`core.parcels`; returns what is wrong with it, or nothing."""
     try:
         geometry = _scene(scene)
         environment, settings = environment_of(geometry, values), embedding_settings(geometry, values)
@@ -72,8 +72,8 @@ def lay_out(scene: str, graph: str, values: Mapping[str, Value], folder: str) ->
     return ""
 
 
-def measure_expanse(
-    folder: str, summary: ExpanseSummary, measures: Sequence[Measure], seconds: float, maps: str, out: str
+def measure_parcels(
+    folder: str, summary: ParcelSummary, measures: Sequence[Measure], seconds: float, maps: str, out: str
 ) -> str:
     """Measure a ground that was embedded in parcels, and write its maps into the folder ``maps``; returns why that came
     to nothing, if so."""

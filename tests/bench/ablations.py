@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from core.embedding.embedding import embed, restrict
+from core.embedding.embedding import embed, restrict_steps
 from core.evaluation.ablation import ablate_steps
 from core.evaluation.capture.candidate import augmented, candidates
 from core.evaluation.capture.director import direct_capture_steps
@@ -38,7 +38,7 @@ def _ablation(kinds: list[Grouping]) -> Benchmark:
         for part in (part for kind in kinds for part in segment_groups(embedding.graph, kind)):
             gone = set(part.segments)
             nodes = embedding.nodes.where(lambda index, gone=gone: index // embedding.shape[2] not in gone)
-            left.append(embedding_size(restrict(embedding, nodes)))
+            left.append(embedding_size(finish(restrict_steps(embedding, nodes))))
         return left
 
     return Benchmark(

@@ -4,8 +4,8 @@ import numpy as np
 
 from core.environment.environment import Environment, build_environment
 from core.environment.grid import Grid
+from core.environment.obstacle_masks import ObstacleCache
 from core.environment.pieces import Piece, Shape, all_triangles
-from core.environment.traces import TraceMemory
 from tests.bench.benchmark import Benchmark
 
 _SIDE = 708
@@ -39,7 +39,7 @@ def _counts(environment: Environment) -> dict:
 
 def obstacle_moves() -> Benchmark:
     """There and back: two moves."""
-    grid, memory = Grid.over_rectangle((0, 0), (7, 8), 0.125, 16), TraceMemory()
+    grid, memory = Grid.over_rectangle((0, 0), (7, 8), 0.125, 16), ObstacleCache()
     hill, pillar = _at(_hilly(), 3, 3), _pillar()
     scenes = [[hill, _at(pillar, *place)] for place in ((1.03, 1.21), (5.4, 6.17))]
 

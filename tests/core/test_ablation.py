@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings
 from core.embedding.node_set import NodeSet
 from core.environment.environment import Environment
@@ -88,7 +88,7 @@ def test_what_is_left_does_not_depend_on_where_the_search_starts(seed, tiled):
     one = {min(fewer)}
     quick = finish(without_steps(embedding, one, core.nodes))
     assert quick.planes == finish(without_steps(embedding, one)).planes
-    assert quick.nodes == restrict(embedding, quick.nodes).nodes
+    assert quick.nodes == finish(restrict_steps(embedding, quick.nodes)).nodes
 
 
 def test_the_recorded_clips_are_ablated_exactly(data_folder):

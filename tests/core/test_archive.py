@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from core.archive import ArchiveFormat, archive_from_bytes, archive_to_bytes
 from core.embedding.archive import embedding_from_bytes, embedding_to_bytes, load_embedding
-from core.embedding.embedding import Embedding, EmbeddingSettings, embed, restrict
+from core.embedding.arrays import EMBEDDING_FORMAT, parts_to_arrays
+from core.embedding.embedding import Embedding, EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings
-from core.embedding.parts import EMBEDDING_FORMAT, parts_to_arrays
 from core.environment.environment import Environment
 from core.environment.grid import Grid
 from core.errors import EmbeddingError, MotionGraphError
@@ -93,7 +93,7 @@ def test_the_sample_character_comes_back_to_the_last_bit(tmp_path):
 def test_a_pruned_embedding_comes_back_pruned():
     embedding = sample_embedding()
     n_headings = embedding.shape[2]
-    pruned = restrict(embedding, embedding.nodes.where(lambda plane: plane >= 2 * n_headings))
+    pruned = finish(restrict_steps(embedding, embedding.nodes.where(lambda plane: plane >= 2 * n_headings)))
     assert 0 < pruned.n_nodes < embedding.n_nodes and not any(pruned.planes[: 2 * n_headings])
     assert_same(embedding_from_bytes(embedding_to_bytes(pruned)), pruned)
 

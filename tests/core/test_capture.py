@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings, path_length
 from core.embedding.node_set import NodeSet
 from core.embedding.sweep import sweep_steps
@@ -245,7 +245,7 @@ def test_progress_rises():
 def test_pruned_embeddings_are_refused():
     embedding = hall()
     first = min(plane & -plane for plane in embedding.planes if plane)
-    pruned = restrict(embedding, NodeSet(tuple(plane & ~first for plane in embedding.planes)))
+    pruned = finish(restrict_steps(embedding, NodeSet(tuple(plane & ~first for plane in embedding.planes))))
     assert 0 < pruned.n_nodes < embedding.n_nodes
     with pytest.raises(EmbeddingError, match="pruned"):
         finish(direct_capture_steps(pruned, candidates(embedding)[:1]))

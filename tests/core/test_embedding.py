@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from core.embedding.component import largest_component_steps
-from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, embed_steps, needed_bytes, restrict_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings, footprints
 from core.embedding.network import StepNetwork
 from core.embedding.stencil import build_stencils
@@ -173,7 +173,9 @@ def test_restricting_keeps_the_largest_component_of_the_nodes_left(seed, tiled, 
     x, y, heading, segment = nodes[left].T
     _, ny, n_headings, _ = embedding.shape
     network = embedding.network
-    restricted = restrict(embedding, network.nodes(np.column_stack([segment * n_headings + heading, x * ny + y])))
+    restricted = finish(
+        restrict_steps(embedding, network.nodes(np.column_stack([segment * n_headings + heading, x * ny + y])))
+    )
 
     kept = links[left][:, left]
     _, label = connected_components(kept, directed=True, connection="strong")
@@ -192,8 +194,8 @@ def test_restricting_keeps_the_largest_component_of_the_nodes_left(seed, tiled, 
 def test_restricting_to_all_nodes_changes_nothing():
     embedding = embed(*random_problem(4, True), EmbeddingSettings())
     assert embedding.n_nodes > 0
-    assert restrict(embedding, embedding.network.everything).planes == embedding.planes
-    assert restrict(embedding, embedding.network.empty).n_nodes == 0
+    assert finish(restrict_steps(embedding, embedding.network.everything)).planes == embedding.planes
+    assert finish(restrict_steps(embedding, embedding.network.empty)).n_nodes == 0
 
 
 @given(st.integers(0, 10**6), st.booleans())

@@ -17,7 +17,7 @@ NOT_YET = (
     "core/embedding",
     "core/environment",
     "core/errors",
-    "core/expanse",
+    "core/parcels",
     "core/motion",
     "core/progress",
     "core/wording",

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings
 from core.embedding.link_reader import LinkReader
 from core.environment.environment import Environment, build_environment
@@ -186,7 +186,7 @@ def test_the_table_is_as_written_out(seed, tiled, kept):
         # With planes that differ between segments that have the same children.
         indices = np.argwhere(embedding.node_mask().transpose(3, 2, 0, 1).reshape(len(embedding.planes), -1))
         indices = indices[np.random.default_rng(seed).random(len(indices)) < kept]
-        embedding = restrict(embedding, embedding.network.nodes(indices))
+        embedding = finish(restrict_steps(embedding, embedding.network.nodes(indices)))
     if embedding.n_nodes:
         assert bytes(finish(engine_table_steps(embedding))) == listed(embedding)
 

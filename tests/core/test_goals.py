@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
@@ -15,6 +15,7 @@ from core.environment.regions import RegionMask, RegionRule
 from core.errors import EvaluationError
 from core.evaluation.goals import facing, goal_at, goal_in_cells, goal_in_region, goal_to_begin, goal_with_tag
 from core.evaluation.segment_groups import segments_of_clip, segments_with_tag
+from core.progress import finish
 
 from .motion_graphs import sample_graph
 from .reference import random_problem
@@ -123,13 +124,13 @@ def test_empty_goals_name_the_remedy():
         segments_of_clip(embedding.graph, "ballet")
     with pytest.raises(EvaluationError, match="the grid needs"):
         goal_in_cells(embedding, np.zeros((3, 3), dtype=bool))
-    nothing = restrict(embedding, embedding.network.empty)
+    nothing = finish(restrict_steps(embedding, embedding.network.empty))
     for ask in (lambda: goal_at(nothing, (1.0, 1.0)), lambda: goal_to_begin(nothing, [0])):
         with pytest.raises(EvaluationError, match="The embedding is empty"):
             ask()
     without = embedding.nodes.where(lambda i: i >= embedding.shape[2])
     with pytest.raises(EvaluationError, match="No walk of the embedding plays a somersault"):
-        goal_to_begin(restrict(embedding, without), [0], "a somersault")
+        goal_to_begin(finish(restrict_steps(embedding, without)), [0], "a somersault")
 
 
 def test_segments_of_clips_and_tags_are_those_of_the_graph():

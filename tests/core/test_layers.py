@@ -22,7 +22,7 @@ CORE_LAYERS = (
     "playback",
     "maps",
     "report",
-    "expanse",
+    "parcels",
     "study",
     "export",
 )

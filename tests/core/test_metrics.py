@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 
 from core import wording
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings, edited_path
 from core.environment.environment import Environment
 from core.environment.grid import Grid
@@ -309,7 +309,7 @@ def test_detours():
 
 def test_what_cannot_be_measured_is_said():
     embedding = room_embedding()
-    nothing = restrict(embedding, embedding.network.empty)
+    nothing = finish(restrict_steps(embedding, embedding.network.empty))
     rng = np.random.default_rng(0)
     with pytest.raises(EvaluationError, match="empty"):
         finish(maneuverabilities_steps(nothing, Grouping.CLIP))

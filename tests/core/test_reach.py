@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
 from core.environment.grid import Grid
@@ -215,7 +215,7 @@ def test_more_links_never_make_it_longer(seed, tiled, share):
     rng = np.random.default_rng(seed)
     if len(nodes) == 0:
         return
-    fewer = restrict(embedding, node_set(embedding, nodes[rng.random(len(nodes)) < share]))
+    fewer = finish(restrict_steps(embedding, node_set(embedding, nodes[rng.random(len(nodes)) < share])))
     left = fewer.to_csr()[0]
     if len(left) == 0:
         return
@@ -254,7 +254,7 @@ def test_what_cannot_be_answered_is_said():
     tight = replace(embedding, settings=replace(embedding.settings, memory_limit=100.0))
     with pytest.raises(EmbeddingError, match="use a larger Cell Size"):
         finish(time_to_reach_steps(tight, goal))
-    nothing = restrict(embedding, embedding.network.empty)
+    nothing = finish(restrict_steps(embedding, embedding.network.empty))
     with pytest.raises(EvaluationError, match="empty"):
         finish(time_to_reach_steps(nothing, goal))
 

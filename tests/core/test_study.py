@@ -34,9 +34,9 @@ from core.evaluation.path_efficiency import path_efficiency_steps
 from core.evaluation.segment_groups import Grouping, segment_groups
 from core.evaluation.variability import coverage_share, floor_variability
 from core.evaluation.why_not import Reason, why_not_steps
-from core.expanse.work import Serial
 from core.maps.colors import RULED
 from core.motion.graph import MotionGraphSettings, build_motion_graph
+from core.parcels.work import Serial
 from core.progress import finish
 from core.study.case import embedding_settings
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set

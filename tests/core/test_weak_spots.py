@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.embedding.embedding import EmbeddingSettings, embed, restrict
+from core.embedding.embedding import EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import Grid
@@ -162,7 +162,7 @@ def test_a_closed_chamber_is_found_with_size_place_and_words():
 def unreached(grid, blocked):
     """An embedding without nodes."""
     embedding = embed(sample_graph(), Environment(grid, blocked))
-    return restrict(embedding, embedding.network.empty)
+    return finish(restrict_steps(embedding, embedding.network.empty))
 
 
 def test_an_area_across_the_seam_of_a_tile_is_one():

@@ -23,10 +23,10 @@ from ..files import write_whole
 from ..motion.graph import MotionGraph
 from ..motion.graph_archive import load_motion_graph, save_motion_graph
 from ..progress import finish
-from .parcels import ParcelPlan, plan_parcels
+from .plan import ParcelPlan, plan_parcels
 from .set_file import read_set, write_set
 
-_FORMAT = "wayfarer expanse 1"
+_FORMAT = "wayfarer parcels 1"
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ class Problem:
     def set_path(self, name: str, index: int) -> Path:
         return self.folder / "sets" / name / f"{index}.set"
 
-    def mail_path(self, name: str, sender: int, place: int) -> Path:
-        """What a parcel tells its neighbour number ``place``."""
-        return self.folder / "mail" / name / f"{sender}-{place}.set"
+    def message_path(self, name: str, sender: int, place: int) -> Path:
+        """What a parcel sends its neighbour number ``place``."""
+        return self.folder / "messages" / name / f"{sender}-{place}.set"
 
     def everywhere(self, plane: int) -> NodeSet:
         """The set of all nodes on the cells of a plane."""
@@ -73,10 +73,10 @@ class Problem:
     def write(self, name: str, index: int, nodes: NodeSet, lasting: bool = False) -> None:
         write_set(self.set_path(name, index), nodes, self.sweep.layout.n_bytes, lasting)
 
-    def write_mail(self, name: str, sender: int, nodes: NodeSet, to_own: bool) -> dict[int, tuple[int, str]]:
-        """Tell all neighbours what concerns them: what of the nodes lies in their own cells, or in all their frame.
+    def send(self, name: str, sender: int, nodes: NodeSet, to_own: bool) -> dict[int, tuple[int, str]]:
+        """Send all neighbours what concerns them: what of the nodes lies in their own cells, or in all their frame.
 
-        Returns {number of the neighbour: (its parcel, path of the file)} of those that are told anything.
+        Returns {number of the neighbour: (its parcel, path of the file)} of those that are sent anything.
         """
         layout, sent = self.sweep.layout, {}
         for place, neighbour in enumerate(self.plan.neighbours[sender]):
@@ -86,7 +86,7 @@ class Problem:
                 part = plane & seen
                 moved.append(part << move if move >= 0 else part >> -move)
             if any(moved):
-                path = self.mail_path(name, sender, place)
+                path = self.message_path(name, sender, place)
                 write_set(path, NodeSet(tuple(moved)), self.sweep.layout.n_bytes)
                 sent[place] = (neighbour.index, str(path))
         return sent

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..embedding.component import EXPLICIT_LINKS, WORTHWHILE_TRIM
 from ..errors import EmbeddingError
-from ..progress import Progress, finish
+from ..progress import Progress
 from . import tasks
 from .problem import open_problem
 from .work import Phase, Serial, Work
@@ -31,7 +31,7 @@ MAPS = "maps"
 
 
 @dataclass(frozen=True)
-class ExpanseSummary:
+class ParcelSummary:
     """What came of embedding a large ground.
 
     Attributes
@@ -54,21 +54,14 @@ class ExpanseSummary:
         return self.covered_cells / max(self.free_cells, 1)
 
 
-def embed_expanse(
+def embed_parcels_steps(
     folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS
-) -> ExpanseSummary:
-    """Embed the problem in a folder (see :func:`.problem.create_problem`); go on where it was left.
+) -> Generator[Progress, None, ParcelSummary]:
+    """Embed the problem in a folder (see :func:`.problem.create_problem`); go on where it was left. Yields progress.
 
-    Returns :class:`ExpanseSummary`; the nodes are the set ``nodes``, the maps lie in ``maps``. Raises EmbeddingError if
-    files cannot be read or written: when that is repaired, the same call goes on.
+    The nodes are the set ``nodes``, the maps lie in ``maps``. Raises EmbeddingError if files cannot be read or written:
+    when that is repaired, the same call goes on.
     """
-    return finish(embed_expanse_steps(folder, executor, explicit_links))
-
-
-def embed_expanse_steps(
-    folder: Path, executor: Executor | None = None, explicit_links: int = EXPLICIT_LINKS
-) -> Generator[Progress, None, ExpanseSummary]:
-    """As :func:`embed_expanse`, as a generator that yields progress."""
     problem = open_problem(str(folder))
     work = Work(problem, executor or Serial())
     if work.known("done") is None:
@@ -79,10 +72,10 @@ def embed_expanse_steps(
             yield from work.all_steps(NODES, tasks.keep, found, NODES)
         work.record("done", True)
     halo = yield from work.all_steps("halo of nodes", tasks.send_nodes, NODES)
-    links = yield from work.numbers_steps("links", tasks.count_links, NODES, halo.post())
-    cells = yield from work.numbers_steps("maps", tasks.write_maps, NODES, halo.post(), MAPS)
+    links = yield from work.numbers_steps("links", tasks.count_links, NODES, halo.inboxes())
+    cells = yield from work.numbers_steps("maps", tasks.write_maps, NODES, halo.inboxes(), MAPS)
     work.forget(NODES)
-    return ExpanseSummary(
+    return ParcelSummary(
         n_nodes=halo.total,
         n_links=sum(links),
         free_cells=sum(free for free, _ in cells),
@@ -96,7 +89,7 @@ def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, N
     number = numbers()
     # Turn 0 searches everything, and need not know what that is: only how much of it is left over.
     image = yield from work.all_steps("image", tasks.send_image, None, "image")
-    everything = yield from work.all_steps("everything", tasks.join_mail, "image", image.post(), None, None)
+    everything = yield from work.all_steps("everything", tasks.join_messages, "image", image.inboxes(), None, None)
     best, best_size = None, 0
     rests: list[tuple[int, str | None, str | None]] = [(everything.total, None, None)]
     while rests:
@@ -133,7 +126,7 @@ def _rest(work: Work, name: str, image: Phase, whole: str | None, part: str | No
     """What is left of a set, None for everything that any link leads to, without a part of it."""
     if whole is None:
         whole = "everything"
-        yield from work.all_steps("everything written", tasks.join_mail, "image", image.post(), None, whole)
+        yield from work.all_steps("everything written", tasks.join_messages, "image", image.inboxes(), None, whole)
     if part is None:
         return whole
     yield from work.all_steps(name, tasks.subtract, whole, part, name)
@@ -145,9 +138,9 @@ def _trimmed(work: Work, name: str, nodes: str, left: int, enough: int) -> Gener
     for turn in numbers():
         entered, kept = f"{name} entered {turn}", f"{name} kept {turn}"
         image = yield from work.all_steps(f"{name} image {turn}", tasks.send_image, nodes, f"{name} image {turn}")
-        yield from work.all_steps(entered, tasks.join_mail, f"{name} image {turn}", image.post(), nodes, entered)
+        yield from work.all_steps(entered, tasks.join_messages, f"{name} image {turn}", image.inboxes(), nodes, entered)
         halo = yield from work.all_steps(f"halo of {entered}", tasks.send_nodes, entered)
-        phase = yield from work.all_steps(kept, tasks.keep_able, entered, halo.post(), kept)
+        phase = yield from work.all_steps(kept, tasks.keep_able, entered, halo.inboxes(), kept)
         before, left, nodes = left, phase.total, kept
         if left < enough or left > before * (1 - WORTHWHILE_TRIM):
             break
@@ -156,7 +149,7 @@ def _trimmed(work: Work, name: str, nodes: str, left: int, enough: int) -> Gener
 
 def _is_small(work: Work, nodes: str, name: str, explicit_links: int) -> Generator[Progress, None, bool]:
     halo = yield from work.all_steps(f"halo of {nodes}", tasks.send_nodes, nodes)
-    counts = yield from work.numbers_steps(f"links of {name}", tasks.count_links, nodes, halo.post(), explicit_links)
+    counts = yield from work.numbers_steps(f"links of {name}", tasks.count_links, nodes, halo.inboxes(), explicit_links)
     return sum(counts) <= explicit_links
 
 
@@ -165,8 +158,8 @@ def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[P
 
     Returns the parcels that have any, each with the name of the set.
     """
-    told = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
-    size, post = np.array(told.n_nodes), told.post()
+    cores = yield from work.all_steps(f"{name} cores", tasks.find_core, nodes, f"{name} cores")
+    size, messages = np.array(cores.n_nodes), cores.inboxes()
     if not size.any():
         # No parcel has a cycle within itself: whatever there is runs through several.
         if nodes is None:
@@ -175,12 +168,12 @@ def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[P
         parcel = min((n, parcel) for parcel, n in enumerate(where) if n is not None)[1]
         tasks.place_node(str(work.problem.folder), parcel, nodes, name)
         return {parcel: name}
-    touched = yield from work.numbers_steps(f"{name} touched", tasks.touched, f"{name} cores", nodes, post)
-    # Who told is in the name of the file.
+    touched = yield from work.numbers_steps(f"{name} touched", tasks.touched, f"{name} cores", nodes, messages)
+    # The sender is in the name of the file.
     pairs = [
         (int(Path(path).name.split("-")[0]), parcel)
         for parcel, hits in enumerate(touched)
-        for path, hit in zip(post.get(parcel, []), hits, strict=True)
+        for path, hit in zip(messages.get(parcel, []), hits, strict=True)
         if hit
     ]
     starts, ends = np.array(pairs, dtype=int).reshape(-1, 2).T
@@ -194,7 +187,7 @@ def _largest_written_out(work: Work, nodes: str, out: str):
     """The largest component inside a set of few links, by SciPy."""
     halo = yield from work.all_steps(f"halo of {nodes}", tasks.send_nodes, nodes)
     if work.known(out) is None:
-        parts = yield from work.results_steps(f"{nodes} written out", tasks.written_out, nodes, halo.post())
+        parts = yield from work.results_steps(f"{nodes} written out", tasks.written_out, nodes, halo.inboxes())
         numbers_of_largest = _largest(*(np.concatenate([part[i] for part in parts]) for i in range(3)))
     else:
         numbers_of_largest = np.empty(0, dtype=int)
@@ -222,7 +215,7 @@ def _has_cycle(work: Work, name: str, size: int) -> Generator[Progress, None, bo
     if size > 1:
         return True
     halo = yield from work.all_steps(f"halo of {name}", tasks.send_nodes, name)
-    links = yield from work.numbers_steps(f"links of {name}", tasks.count_links, name, halo.post())
+    links = yield from work.numbers_steps(f"links of {name}", tasks.count_links, name, halo.inboxes())
     return sum(links) > 0
 
 

@@ -27,15 +27,15 @@ _TRIANGLES_TOGETHER = 5_000
 #: Triangles of one piece that are looked at in one step: a tenth of a second.
 _TRIANGLES_AT_ONCE = 40_000
 
-#: Samples of a ground up to which traces are kept; beyond, the memory would take more than the work is worth.
+#: Samples of a ground up to which masks are kept; beyond, the memory would take more than the work is worth.
 _MAX_SAMPLES = 2_000_000
 
-#: Bytes that all traces may take.
+#: Bytes that all masks may take.
 _MAX_BYTES = 300_000_000
 
 
 @dataclass(frozen=True)
-class _Trace:
+class ObstacleMask:
     """What some pieces leave.
 
     Attributes
@@ -54,15 +54,15 @@ class _Trace:
         return sum(part.nbytes for part in (self.occupied, self.over, self.under) if part is not None)
 
 
-class TraceMemory:
-    """The traces that the pieces of a scene left when its obstacles were last rasterised."""
+class ObstacleCache:
+    """The masks that the pieces of a scene left when its obstacles were last rasterised."""
 
     def __init__(self):
         self._ground: tuple = ()
-        self._known = _Traces()
+        self._known = _Masks()
 
     def serves(self, grid: Grid) -> bool:
-        """Whether traces on this ground are kept: not where they are large, nor where everything repeats."""
+        """Whether masks on this ground are kept: not where they are large, nor where everything repeats."""
         return not grid.tiled and grid.shape[0] * grid.shape[1] * SUBDIVISION**2 <= _MAX_SAMPLES
 
     def blocked_steps(
@@ -76,7 +76,7 @@ class TraceMemory:
         margin = margin_for(grid, radius)
         ground = grid.shape[:2], grid.cell_size, grid.origin, margin, low, high
         # Somebody else may ask for another ground in the meantime: these stay ours.
-        known = self._known if ground == self._ground else _Traces()
+        known = self._known if ground == self._ground else _Masks()
         self._ground, self._known = ground, known
         groups, total = _gathered(pieces), _Sum()
         keys = [tuple(piece.key for piece in together) for together in groups]
@@ -84,11 +84,11 @@ class TraceMemory:
         # its place is needed, or at the end.
         gone = known.others(keys)
         for number, (key, together) in enumerate(zip(keys, groups, strict=True)):
-            trace = known.get(key)
-            if trace is None:
-                trace = yield from _trace_steps(grid, together, margin, low, high, number / len(groups))
-                known.keep(key, trace, gone)
-            total.add(trace)
+            mask = known.get(key)
+            if mask is None:
+                mask = yield from _mask_steps(grid, together, margin, low, high, number / len(groups))
+                known.keep(key, mask, gone)
+            total.add(mask)
         known.forget(known.others(keys))
         self._ground, self._known = ground, known
         size = np.array(grid.shape[:2]) * SUBDIVISION
@@ -100,48 +100,48 @@ class TraceMemory:
         return blocked
 
 
-class _Traces:
-    """Traces by the keys of the pieces that left them, never more than ``_MAX_BYTES`` of them."""
+class _Masks:
+    """Masks by the keys of the pieces that left them, never more than ``_MAX_BYTES`` of them."""
 
     def __init__(self):
-        self._traces: dict[tuple, _Trace] = {}
+        self._masks: dict[tuple, ObstacleMask] = {}
         self._n_bytes = 0
 
-    def get(self, key: tuple) -> _Trace | None:
-        return self._traces.get(key)
+    def get(self, key: tuple) -> ObstacleMask | None:
+        return self._masks.get(key)
 
     def others(self, keys: Sequence[tuple]) -> list[tuple]:
-        """The keys of all traces but these."""
-        return list(self._traces.keys() - set(keys))
+        """The keys of all masks but these."""
+        return list(self._masks.keys() - set(keys))
 
-    def keep(self, key: tuple, trace: _Trace, gone: list[tuple]) -> None:
-        """Keep a trace if there is room, for which as many of those that are ``gone`` as it needs are forgotten."""
+    def keep(self, key: tuple, mask: ObstacleMask, gone: list[tuple]) -> None:
+        """Keep a mask if there is room, for which as many of those that are ``gone`` as it needs are forgotten."""
         self.forget([key])
-        while gone and self._n_bytes + trace.n_bytes > _MAX_BYTES:
+        while gone and self._n_bytes + mask.n_bytes > _MAX_BYTES:
             self.forget([gone.pop()])
-        if self._n_bytes + trace.n_bytes <= _MAX_BYTES:
-            self._traces[key] = trace
-            self._n_bytes += trace.n_bytes
+        if self._n_bytes + mask.n_bytes <= _MAX_BYTES:
+            self._masks[key] = mask
+            self._n_bytes += mask.n_bytes
 
     def forget(self, keys: Sequence[tuple]) -> None:
         for key in keys:
-            if key in self._traces:
-                self._n_bytes -= self._traces.pop(key).n_bytes
+            if key in self._masks:
+                self._n_bytes -= self._masks.pop(key).n_bytes
 
 
 class _Sum:
-    """What pieces leave, put together trace by trace: the attributes are those of a trace."""
+    """What pieces leave, put together mask by mask: the attributes are those of a mask."""
 
     def __init__(self):
         self.occupied: np.ndarray | None = None
         self.over: np.ndarray | None = None
         self.under: np.ndarray | None = None
 
-    def add(self, trace: _Trace) -> None:
-        if trace.occupied is not None:
-            self.occupied = np.zeros_like(trace.occupied) if self.occupied is None else self.occupied
-            self.occupied |= trace.occupied
-        self.over, self.under = _added(self.over, trace.over), _added(self.under, trace.under)
+    def add(self, mask: ObstacleMask) -> None:
+        if mask.occupied is not None:
+            self.occupied = np.zeros_like(mask.occupied) if self.occupied is None else self.occupied
+            self.occupied |= mask.occupied
+        self.over, self.under = _added(self.over, mask.over), _added(self.under, mask.under)
 
 
 def _added(total: np.ndarray | None, counts: np.ndarray | None) -> np.ndarray | None:
@@ -155,7 +155,7 @@ def _added(total: np.ndarray | None, counts: np.ndarray | None) -> np.ndarray | 
 
 
 def _gathered(pieces: Sequence[Piece]) -> list[list[Piece]]:
-    """The pieces in groups that are large enough to be worth a trace."""
+    """The pieces in groups that are large enough to be worth a mask."""
     groups, n_triangles = [], 0
     for piece in pieces:
         n_here = len(piece.shape.triangles)
@@ -167,18 +167,18 @@ def _gathered(pieces: Sequence[Piece]) -> list[list[Piece]]:
     return groups
 
 
-def _trace_steps(
+def _mask_steps(
     grid: Grid, pieces: Sequence[Piece], margin: int, low: float, high: float, done: float
-) -> Generator[Progress, None, _Trace]:
-    """The trace of some pieces, a bearable number of triangles at a time; ``done`` is the share of all work before."""
+) -> Generator[Progress, None, ObstacleMask]:
+    """The mask of some pieces, a bearable number of triangles at a time; ``done`` is the share of all work before."""
     triangles, total = all_triangles(pieces), _Sum()
     for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
         yield Progress(done, "Looking at the obstacles")
         part = triangles[start : start + _TRIANGLES_AT_ONCE]
         occupied = occupied_samples(grid, clip_to_heights(part, low, high), margin)
         over, under = faces_over_and_under(grid, part, low, high)
-        total.add(_Trace(occupied if occupied.any() else None, _small(over), _small(under)))
-    return _Trace(total.occupied, _small(total.over), _small(total.under))
+        total.add(ObstacleMask(occupied if occupied.any() else None, _small(over), _small(under)))
+    return ObstacleMask(total.occupied, _small(total.over), _small(total.under))
 
 
 def _small(counts: np.ndarray | None) -> np.ndarray | None:

@@ -12,7 +12,7 @@ from ..files import write_whole
 from ..progress import Progress
 from . import tasks
 from .problem import Problem
-from .tasks import Mail, Told
+from .tasks import Messages, TaskResult
 
 _WAIT = 0.2
 """Seconds between two reports of progress while no task ends."""
@@ -38,23 +38,23 @@ class Phase:
     ----------
     n_nodes : list of int
         Nodes that each parcel wrote.
-    mail : list of (parcel, path)
-        What the parcels told each other.
+    messages : list of (parcel, path)
+        What the parcels sent each other.
     """
 
     n_nodes: list[int]
-    mail: list[tuple[int, str]]
+    messages: list[tuple[int, str]]
 
     @property
     def total(self) -> int:
         return sum(self.n_nodes)
 
-    def post(self) -> Mail:
-        """The mail by the parcels that it is for."""
-        post: Mail = {}
-        for parcel, path in self.mail:
-            post.setdefault(parcel, []).append(path)
-        return post
+    def inboxes(self) -> Messages:
+        """Return the messages by the parcels that they are for."""
+        messages: Messages = {}
+        for parcel, path in self.messages:
+            messages.setdefault(parcel, []).append(path)
+        return messages
 
 
 class Work:
@@ -74,15 +74,15 @@ class Work:
         self.n_parcels = len(problem.plan.parcels)
 
     def all_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, Phase]:
-        """One task for each parcel that returns :class:`Told`.
+        """One task for each parcel that returns :class:`TaskResult`.
 
-        An argument that is a dict is looked up by the parcel: mail that is for it, () if there is none.
+        An argument that is a dict is looked up by the parcel: messages for it, () if there is none.
         """
         if name not in self._journal:
-            told: list[Told] = yield from self.results_steps(name, task, *arguments)
-            self._write(name, [[t.n_nodes for t in told], [m for t in told for m in t.mail]])
-        n_nodes, mail = self._journal[name]
-        return Phase(n_nodes, [(parcel, path) for parcel, path in mail])
+            results: list[TaskResult] = yield from self.results_steps(name, task, *arguments)
+            self._write(name, [[r.n_nodes for r in results], [m for r in results for m in r.messages]])
+        n_nodes, messages = self._journal[name]
+        return Phase(n_nodes, [(parcel, path) for parcel, path in messages])
 
     def numbers_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, list]:
         """As :meth:`all_steps`, for tasks that return what JSON can hold."""
@@ -102,19 +102,19 @@ class Work:
         """Follow links on or back (``tasks.go_on`` or ``tasks.go_back``) until nothing is new.
 
         ``seed`` are the parcels where it begins, each with the set that it begins from. Parcels work whenever a
-        neighbour has told them something; in which order does not matter.
+        neighbour has sent them something; in which order does not matter.
         """
         if out in self._journal:
             return Phase(self._journal[out], [])
         version = [0] * self.n_parcels
         n_nodes = [0] * self.n_parcels
-        inbox: Mail = {}
+        inbox: Messages = {}
         running: dict[Future, tuple[int, list[str]]] = {}
 
-        def start(parcel: int, known: str | None, mail: list[str]) -> None:
+        def start(parcel: int, known: str | None, messages: list[str]) -> None:
             version[parcel] += 1
-            future = self._submit(task, parcel, (known, mail, within, f"{out}~{version[parcel]}"))
-            running[future] = parcel, mail
+            future = self._submit(task, parcel, (known, messages, within, f"{out}~{version[parcel]}"))
+            running[future] = parcel, messages
 
         for parcel, known in seed.items():
             start(parcel, known, [])
@@ -122,12 +122,12 @@ class Work:
         while running:
             done, _ = wait(list(running), timeout=_WAIT, return_when=FIRST_COMPLETED)
             for future in done:
-                parcel, mail = running.pop(future)
-                told: Told = future.result()
-                n_done, n_nodes[parcel] = n_done + 1, told.n_nodes
-                for other, path in told.mail:
+                parcel, messages = running.pop(future)
+                result: TaskResult = future.result()
+                n_done, n_nodes[parcel] = n_done + 1, result.n_nodes
+                for other, path in result.messages:
                     inbox.setdefault(other, []).append(path)
-                for path in mail:
+                for path in messages:
                     Path(path).unlink(missing_ok=True)
                 if version[parcel] > 1:
                     self.problem.set_path(f"{out}~{version[parcel] - 1}", parcel).unlink(missing_ok=True)
@@ -147,11 +147,11 @@ class Work:
         return Phase(n_nodes, [])
 
     def forget(self, *kept: str) -> None:
-        """Delete all sets but those kept, and all mail."""
+        """Delete all sets but those kept, and all messages."""
         for folder in (self.problem.folder / "sets").iterdir():
             if folder.name not in kept:
                 shutil.rmtree(folder)
-        shutil.rmtree(self.problem.folder / "mail", ignore_errors=True)
+        shutil.rmtree(self.problem.folder / "messages", ignore_errors=True)
 
     def known(self, name: str) -> Any | None:
         """What the journal says of a phase; None if it has not been run."""

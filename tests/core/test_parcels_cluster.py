@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from core.embedding.embedding import EmbeddingSettings, embed
-from core.expanse.embedding import embed_expanse, embed_expanse_steps
-from core.expanse.problem import create_problem
+from core.parcels.embedding import embed_parcels_steps
+from core.parcels.problem import create_problem
+from core.progress import finish
 
-from .test_expanse import assembled, larger_problem
+from .test_parcels import assembled, larger_problem
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def ground(tmp_path):
 
 def test_two_workers_agree_with_one_process(client, ground):
     folder, whole = ground
-    found = embed_expanse(folder, client.get_executor())
+    found = finish(embed_parcels_steps(folder, client.get_executor()))
     assert found.n_parcels > 1
     assert (found.n_nodes, found.n_links) == (whole.n_nodes, whole.n_links)
     assert np.array_equal(assembled(folder, whole), whole.node_mask())
@@ -31,7 +32,7 @@ def test_two_workers_agree_with_one_process(client, ground):
 
 def test_a_worker_that_is_killed_is_made_up_for(client, ground):
     folder, whole = ground
-    steps = embed_expanse_steps(folder, client.get_executor())
+    steps = embed_parcels_steps(folder, client.get_executor())
     killed = False
     while True:
         try:

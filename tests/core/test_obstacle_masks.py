@@ -1,4 +1,4 @@
-"""Obstacles whose traces are remembered give the environment that all their triangles give at once, to the bit."""
+"""Obstacles whose masks are remembered give the environment that all their triangles give at once, to the bit."""
 
 import gc
 
@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.environment import traces
+from core.environment import obstacle_masks
 from core.environment.environment import EnvironmentSettings, build_environment, build_environment_steps
 from core.environment.grid import Grid
+from core.environment.obstacle_masks import ObstacleCache
 from core.environment.pieces import Piece, Shape, all_triangles
-from core.environment.traces import TraceMemory
 from core.errors import SceneError
 from core.progress import finish
 
@@ -45,12 +45,12 @@ def placed(rng: np.random.Generator) -> Piece:
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), tiled=st.booleans(), together=st.sampled_from([1, 20, 5_000]))
 def test_what_has_moved_is_all_that_changes(seed, tiled, together):
-    rng, memory = np.random.default_rng(seed), TraceMemory()
+    rng, memory = np.random.default_rng(seed), ObstacleCache()
     grid = Grid((6, 7, 4), 0.5, (0.125, -0.2), tiled)
     body = EnvironmentSettings(radius=float(rng.choice([0.0, 0.3, 0.6])), head_height=float(rng.choice([0.9, 1.9])))
     pieces = [placed(rng) for _ in range(rng.integers(0, 7))]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(traces, "_TRIANGLES_TOGETHER", together)
+        patch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", together)
         for _ in range(4):
             expected = build_environment(grid, all_triangles(pieces), settings=body)
             without = build_environment(grid, pieces, settings=body)
@@ -70,12 +70,12 @@ def test_what_has_moved_is_all_that_changes(seed, tiled, together):
 
 
 def test_a_lid_and_a_bottom_are_solid_together():
-    memory, grid = TraceMemory(), Grid((8, 8, 4), 0.25)
+    memory, grid = ObstacleCache(), Grid((8, 8, 4), 0.25)
     matrix = np.diag([1.0, 1.0, 4.0, 1.0])
     matrix[:3, 3] = 0.5, 0.5, -1.0
     body = EnvironmentSettings(radius=0.0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(traces, "_TRIANGLES_TOGETHER", 1)
+        patch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", 1)
         lid, bottom = Piece(box([5]), matrix), Piece(box([4]), matrix)
         assert not build_environment(grid, [lid], settings=body, memory=memory).blocked.any()
         assert not build_environment(grid, [bottom], settings=body, memory=memory).blocked.any()
@@ -84,14 +84,14 @@ def test_a_lid_and_a_bottom_are_solid_together():
 
 
 def test_only_what_has_moved_is_rasterised(monkeypatch):
-    looked_at, rasterise = [], traces.occupied_samples
+    looked_at, rasterise = [], obstacle_masks.occupied_samples
     monkeypatch.setattr(
-        traces,
+        obstacle_masks,
         "occupied_samples",
         lambda grid, polygons, margin: looked_at.append(1) or rasterise(grid, polygons, margin),
     )
-    monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 12)
-    rng, memory, grid = np.random.default_rng(0), TraceMemory(), Grid((8, 8, 4), 0.5)
+    monkeypatch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", 12)
+    rng, memory, grid = np.random.default_rng(0), ObstacleCache(), Grid((8, 8, 4), 0.5)
     pieces = [Piece(box(), placed(rng).matrix) for _ in range(6)]
 
     def times(**body) -> int:
@@ -111,9 +111,9 @@ def test_only_what_has_moved_is_rasterised(monkeypatch):
 
 
 def test_whoever_gives_up_or_is_interrupted_loses_nothing(monkeypatch):
-    rng, memory = np.random.default_rng(1), TraceMemory()
-    monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 12)
-    monkeypatch.setattr(traces, "_TRIANGLES_AT_ONCE", 10)
+    rng, memory = np.random.default_rng(1), ObstacleCache()
+    monkeypatch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", 12)
+    monkeypatch.setattr(obstacle_masks, "_TRIANGLES_AT_ONCE", 10)
     grid, other = Grid((8, 8, 4), 0.5), Grid((8, 8, 4), 0.5, (0.3, 0.0))
     heavy = Piece(Shape(rng.uniform(0, 2, (35, 3, 3))), np.eye(4))
     pieces = [Piece(box(), placed(rng).matrix) for _ in range(3)]
@@ -142,8 +142,8 @@ def test_whoever_gives_up_or_is_interrupted_loses_nothing(monkeypatch):
 
 
 def living_bytes() -> int:
-    """Bytes of all traces that anybody holds."""
-    return sum(found.n_bytes for found in gc.get_objects() if isinstance(found, traces._Trace))
+    """Bytes of all masks that anybody holds."""
+    return sum(found.n_bytes for found in gc.get_objects() if isinstance(found, obstacle_masks.ObstacleMask))
 
 
 @pytest.fixture
@@ -155,20 +155,20 @@ def only_new_objects():
 
 
 def test_memory_is_limited(monkeypatch, only_new_objects):
-    rng, memory, grid = np.random.default_rng(0), TraceMemory(), Grid((8, 8, 4), 0.5)
-    monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 1)
+    rng, memory, grid = np.random.default_rng(0), ObstacleCache(), Grid((8, 8, 4), 0.5)
+    monkeypatch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", 1)
     pieces = [Piece(box(), placed(rng).matrix) for _ in range(16)]
     before, largest = living_bytes(), 0
     for piece in pieces:
-        alone = TraceMemory()
+        alone = ObstacleCache()
         build_environment(grid, [piece], memory=alone)
         largest = max(largest, living_bytes() - before)
         del alone
     limit = 3 * largest
-    monkeypatch.setattr(traces, "_MAX_BYTES", limit)
+    monkeypatch.setattr(obstacle_masks, "_MAX_BYTES", limit)
 
     def n_steps() -> int:
-        """How many are not known; on the way, no more is held than may be, and the trace that is at work."""
+        """How many are not known; on the way, no more is held than may be, and the mask that is at work."""
         running, n = build_environment_steps(grid, pieces, memory=memory), 0
         while True:
             try:
@@ -196,7 +196,7 @@ def test_memory_is_limited(monkeypatch, only_new_objects):
 
 
 def test_pieces_without_triangles_leave_nothing():
-    empty, memory, grid = Piece(Shape(np.empty((0, 3, 3))), np.eye(4)), TraceMemory(), Grid((8, 8, 4), 0.25)
+    empty, memory, grid = Piece(Shape(np.empty((0, 3, 3))), np.eye(4)), ObstacleCache(), Grid((8, 8, 4), 0.25)
     full = Piece(box(), np.eye(4))
     for pieces in ([empty], [empty, full], [full, empty], [empty, empty, full, full], []):
         expected = build_environment(grid, all_triangles(pieces))
@@ -208,8 +208,8 @@ def test_pieces_without_triangles_leave_nothing():
 
 
 def test_pieces_in_the_same_place_count_each(monkeypatch):
-    monkeypatch.setattr(traces, "_TRIANGLES_TOGETHER", 1)
-    memory, grid = TraceMemory(), Grid((8, 8, 4), 0.25)
+    monkeypatch.setattr(obstacle_masks, "_TRIANGLES_TOGETHER", 1)
+    memory, grid = ObstacleCache(), Grid((8, 8, 4), 0.25)
     matrix = np.diag([1.0, 1.0, 4.0, 1.0])
     matrix[:3, 3] = 0.5, 0.5, -1.0
     # A lid that is turned over takes away one of two.
@@ -226,7 +226,7 @@ def test_what_is_no_number_is_told_with_the_memory_too():
     shape = Shape(np.full((1, 3, 3), np.nan))
     assert not shape.is_finite and box().is_finite
     with pytest.raises(SceneError, match="not a number"):
-        build_environment(Grid((4, 4, 4), 0.1), [Piece(shape, np.eye(4))], memory=TraceMemory())
+        build_environment(Grid((4, 4, 4), 0.1), [Piece(shape, np.eye(4))], memory=ObstacleCache())
 
 
 def test_a_piece_is_its_shape_in_the_world():

@@ -20,10 +20,11 @@ from core.environment.regions import RegionMask, RegionRule
 from core.errors import EmbeddingError
 from core.evaluation.floor import floor_cells
 from core.evaluation.variability import floor_variability
-from core.expanse.embedding import MAPS, NODES, embed_expanse, embed_expanse_steps
-from core.expanse.problem import create_problem, open_problem
-from core.expanse.set_file import read_set, write_set
-from core.expanse.work import Serial
+from core.parcels.embedding import MAPS, NODES, embed_parcels_steps
+from core.parcels.problem import create_problem, open_problem
+from core.parcels.set_file import read_set, write_set
+from core.parcels.work import Serial
+from core.progress import finish
 
 from .motion_graphs import recorded_graph
 from .reference import random_problem
@@ -84,7 +85,7 @@ def test_parcels_agree_with_the_whole(seed, tiled, explicit_links):
             create_problem(folder, graph, environment, options, parcel_size=8 * environment.grid.cell_size)
         except EmbeddingError:
             reject()  # a step longer than a parcel
-        found = embed_expanse(folder, explicit_links=explicit_links)
+        found = finish(embed_parcels_steps(folder, explicit_links=explicit_links))
         assert np.array_equal(assembled(folder, whole), whole.node_mask())
         assert (found.n_nodes, found.n_links) == (whole.n_nodes, whole.n_links)
         covered = whole.covered()
@@ -140,7 +141,7 @@ def test_what_was_stopped_goes_on_and_ends_with_the_same(tmp_path):
     while True:
         n_runs += 1
         try:
-            found = embed_expanse(tmp_path, Failing(5 * n_runs))
+            found = finish(embed_parcels_steps(tmp_path, Failing(5 * n_runs)))
         except ConnectionError:
             continue
         break
@@ -151,38 +152,38 @@ def test_what_was_stopped_goes_on_and_ends_with_the_same(tmp_path):
 
 def test_finished_work_is_not_done_again(tmp_path):
     small_ground(tmp_path)
-    first = embed_expanse(tmp_path)
-    assert embed_expanse(tmp_path, Failing(0)) == first
+    first = finish(embed_parcels_steps(tmp_path))
+    assert finish(embed_parcels_steps(tmp_path, Failing(0))) == first
 
 
 def test_cancelling_is_possible_at_every_step(tmp_path):
     whole = small_ground(tmp_path)
     for n_steps in (1, 5, 9):
-        steps = embed_expanse_steps(tmp_path)
+        steps = embed_parcels_steps(tmp_path)
         for _ in range(n_steps):
             progress = next(steps)
             assert 0 <= progress.fraction <= 1
         steps.close()
-    assert embed_expanse(tmp_path).n_nodes == whole.n_nodes
+    assert finish(embed_parcels_steps(tmp_path)).n_nodes == whole.n_nodes
 
 
 def test_damaged_and_missing_files_are_named(tmp_path):
     small_ground(tmp_path)
-    embed_expanse(tmp_path)
+    finish(embed_parcels_steps(tmp_path))
     (tmp_path / "journal.json").write_text(json.dumps({"done": True}))
     victim = tmp_path / "sets" / NODES / "2.set"
     raw = bytearray(victim.read_bytes())
     raw[-3] ^= 1
     victim.write_bytes(raw)
     with pytest.raises(EmbeddingError, match=r"2\.set' is damaged"):
-        embed_expanse(tmp_path)
+        finish(embed_parcels_steps(tmp_path))
     victim.unlink()
     with pytest.raises(EmbeddingError, match=r"2\.set' cannot be read"):
-        embed_expanse(tmp_path)
+        finish(embed_parcels_steps(tmp_path))
     open_problem.cache_clear()
     (tmp_path / "problem.json").write_text("{}")
     with pytest.raises(EmbeddingError, match="no large ground"):
-        embed_expanse(tmp_path)
+        finish(embed_parcels_steps(tmp_path))
 
 
 @given(st.lists(st.integers(0, 2**40 - 1), max_size=5))
@@ -233,7 +234,7 @@ def test_recorded_motion_with_regions(data_folder, tmp_path, tiled):
     )
     whole = embed(graph, environment)
     create_problem(tmp_path, graph, environment, EmbeddingSettings(), 8.0)
-    found = embed_expanse(tmp_path)
+    found = finish(embed_parcels_steps(tmp_path))
     assert whole.n_nodes > 1_000_000 and found.n_parcels >= 9
     assert (found.n_nodes, found.n_links) == (whole.n_nodes, whole.n_links)
     assert np.array_equal(assembled(tmp_path, whole), whole.node_mask())

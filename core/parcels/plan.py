@@ -1,4 +1,4 @@
-"""Parcels: how a ground is cut, and what neighbours have to tell each other."""
+"""Parcels: how a ground is cut, and what neighbours send each other."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -121,7 +121,7 @@ def plan_parcels(grid: Grid, halo_x: int, halo_y: int, cells: int) -> ParcelPlan
     """Cut a ground into parcels of about ``cells`` x ``cells`` cells, evenly.
 
     Raises EmbeddingError if the parcels would be narrower than the halo: more than their nearest neighbours would have
-    to tell them something.
+    to send them something.
     """
     if cells < max(halo_x, halo_y, 1):
         raise EmbeddingError(

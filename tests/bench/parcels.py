@@ -11,8 +11,9 @@ from core.embedding.embedding import EmbeddingSettings, embed
 from core.environment.environment import EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.environment.obstacles import clip_to_heights, occupied_samples
-from core.expanse.embedding import ExpanseSummary, embed_expanse
-from core.expanse.problem import create_problem
+from core.parcels.embedding import ParcelSummary, embed_parcels_steps
+from core.parcels.problem import create_problem
+from core.progress import finish
 from tests.core.geometry import box_triangles
 
 from . import problems
@@ -22,15 +23,15 @@ SIDE, PARCEL = 60.0, 20.0
 """Metres."""
 
 
-def _in_parcels(n_workers: int) -> ExpanseSummary:
+def _in_parcels(n_workers: int) -> ParcelSummary:
     graph, environment = problems.graph(0.12), problems.room(SIDE, SIDE)
     with tempfile.TemporaryDirectory(prefix="wayfarer-bench-") as folder:
         create_problem(Path(folder), graph, environment, EmbeddingSettings(), PARCEL)
         with ProcessPoolExecutor(n_workers) as executor:
-            return embed_expanse(Path(folder), executor)
+            return finish(embed_parcels_steps(Path(folder), executor))
 
 
-def _counts(summary: ExpanseSummary) -> dict:
+def _counts(summary: ParcelSummary) -> dict:
     return {"nodes": summary.n_nodes, "links": summary.n_links}
 
 

@@ -22,22 +22,22 @@ from ..progress import finish
 from .problem import open_network, open_problem, union_of_files
 from .set_file import read_set
 
-#: Files of mail by the parcels that they are for.
-Mail = dict[int, list[str]]
+#: Files of messages by the parcels that they are for.
+Messages = dict[int, list[str]]
 
 
 @dataclass(frozen=True)
-class Told:
+class TaskResult:
     """What came of a task: how many nodes it wrote, and what the neighbours have to know.
 
     Attributes
     ----------
     n_nodes : int
-    mail : tuple of (parcel, path)
+    messages : tuple of (parcel, path)
     """
 
     n_nodes: int
-    mail: tuple[tuple[int, str], ...] = ()
+    messages: tuple[tuple[int, str], ...] = ()
 
 
 def _beyond(folder: str, index: int) -> NodeSet:
@@ -55,83 +55,85 @@ def _read(folder: str, index: int, name: str | None) -> NodeSet:
 # --------------------------------------------------------------------------------------- one step forwards and back
 
 
-def send_image(folder: str, index: int, name: str | None, out: str) -> Told:
-    """Where links lead from a set (None for all nodes): kept as ``out`` in the own cells, told to the neighbours."""
+def send_image(folder: str, index: int, name: str | None, out: str) -> TaskResult:
+    """Where links lead from a set (None for all nodes): kept as ``out`` in the own cells, sent to the neighbours."""
     problem, network = open_problem(folder), open_network(folder, index)
     image = network.image(_read(folder, index, name))
-    sent = problem.write_mail(out, index, image, to_own=True)
+    sent = problem.send(out, index, image, to_own=True)
     kept = image.on(problem.own(index))
     problem.write(out, index, kept)
-    return Told(len(kept), tuple(sent.values()))
+    return TaskResult(len(kept), tuple(sent.values()))
 
 
-def send_nodes(folder: str, index: int, name: str) -> Told:
-    """Tell the neighbours which nodes of a set lie in their frames."""
+def send_nodes(folder: str, index: int, name: str) -> TaskResult:
+    """Send the neighbours the nodes of a set that lie in their frames."""
     problem = open_problem(folder)
     planes = problem.read(name, index)
-    return Told(len(planes), tuple(problem.write_mail(f"halo of {name}", index, planes, to_own=False).values()))
+    return TaskResult(len(planes), tuple(problem.send(f"halo of {name}", index, planes, to_own=False).values()))
 
 
-def join_mail(folder: str, index: int, name: str, mail: Sequence[str], within: str | None, out: str | None) -> Told:
-    """A set with what the neighbours told about it, as far as it lies in another; only counted if ``out`` is None."""
+def join_messages(
+    folder: str, index: int, name: str, messages: Sequence[str], within: str | None, out: str | None
+) -> TaskResult:
+    """A set with what the neighbours sent of it, as far as it lies in another; only counted if ``out`` is None."""
     problem = open_problem(folder)
-    planes = union_of_files(mail, problem.read(name, index))
+    planes = union_of_files(messages, problem.read(name, index))
     if within is not None:
         planes = planes & problem.read(within, index)
     if out is not None:
         problem.write(out, index, planes)
-    return Told(len(planes))
+    return TaskResult(len(planes))
 
 
-def keep(folder: str, index: int, name: str, out: str) -> Told:
+def keep(folder: str, index: int, name: str, out: str) -> TaskResult:
     """A copy of a set that takes little room."""
     problem = open_problem(folder)
     planes = problem.read(name, index)
     problem.write(out, index, planes, lasting=True)
-    return Told(len(planes))
+    return TaskResult(len(planes))
 
 
-def keep_able(folder: str, index: int, name: str, mail: Sequence[str], out: str) -> Told:
-    """The nodes of a set with a link to one of the set, here or in what the neighbours told of it."""
+def keep_able(folder: str, index: int, name: str, messages: Sequence[str], out: str) -> TaskResult:
+    """The nodes of a set with a link to one of the set, here or in what the neighbours sent of it."""
     problem, network = open_problem(folder), open_network(folder, index)
     planes = problem.read(name, index)
-    kept = planes & network.preimage(union_of_files(mail, planes))
+    kept = planes & network.preimage(union_of_files(messages, planes))
     problem.write(out, index, kept)
-    return Told(len(kept))
+    return TaskResult(len(kept))
 
 
-def subtract(folder: str, index: int, name: str, other: str, out: str) -> Told:
+def subtract(folder: str, index: int, name: str, other: str, out: str) -> TaskResult:
     """The nodes of a set that are not in ``other``, a subset of it."""
     problem = open_problem(folder)
     planes = problem.read(name, index) - problem.read(other, index)
     problem.write(out, index, planes)
-    return Told(len(planes))
+    return TaskResult(len(planes))
 
 
 # ------------------------------------------------------------------------------------------------------------ seeds
 
 
-def find_core(folder: str, index: int, within: str | None, out: str) -> Told:
-    """The largest strongly connected component of a parcel for itself; tell the neighbours where it leads to them."""
+def find_core(folder: str, index: int, within: str | None, out: str) -> TaskResult:
+    """The largest strongly connected component of a parcel for itself; send the neighbours where it leads to them."""
     problem, network = open_problem(folder), open_network(folder, index)
     nodes = _read(folder, index, within)
     core = finish(largest_component_steps(network, within=nodes)).nodes
     problem.write(out, index, core)
     if not core:
-        return Told(0)
+        return TaskResult(0)
     reached = finish(reached_from_steps(network, core, nodes | _beyond(folder, index)))
-    sent = problem.write_mail(out, index, reached, to_own=True)
-    return Told(len(core), tuple(sent.values()))
+    sent = problem.send(out, index, reached, to_own=True)
+    return TaskResult(len(core), tuple(sent.values()))
 
 
-def touched(folder: str, index: int, core: str, within: str | None, mail: Sequence[str]) -> list[bool]:
-    """For each of the neighbours that told where their cores lead: whether that leads into a parcel's own core."""
+def touched(folder: str, index: int, core: str, within: str | None, messages: Sequence[str]) -> list[bool]:
+    """For each of the neighbours that sent where their cores lead: whether that leads into a parcel's own core."""
     problem = open_problem(folder)
     seed, limits = problem.read(core, index), _read(folder, index, within)
-    if not mail or not seed:
-        return [False] * len(mail)
+    if not messages or not seed:
+        return [False] * len(messages)
     hits = []
-    for path in mail:
+    for path in messages:
         arrived = read_set(Path(path)) & limits
         hit = bool(arrived & seed)
         if not hit and arrived:
@@ -141,14 +143,14 @@ def touched(folder: str, index: int, core: str, within: str | None, mail: Sequen
     return hits
 
 
-def clear(folder: str, index: int, out: str) -> Told:
+def clear(folder: str, index: int, out: str) -> TaskResult:
     """An empty set."""
     problem = open_problem(folder)
     problem.write(out, index, problem.everywhere(0))
-    return Told(0)
+    return TaskResult(0)
 
 
-def place_node(folder: str, index: int, within: str, out: str) -> Told:
+def place_node(folder: str, index: int, within: str, out: str) -> TaskResult:
     """The set of one node of a parcel's nodes."""
     problem = open_problem(folder)
     nodes = problem.read(within, index)
@@ -156,48 +158,52 @@ def place_node(folder: str, index: int, within: str, out: str) -> Told:
     chosen = nodes.where(lambda i: i == first)
     chosen = chosen.on(max(chosen.planes) & -max(chosen.planes))
     problem.write(out, index, chosen)
-    return Told(len(chosen))
+    return TaskResult(len(chosen))
 
 
 # --------------------------------------------------------------------------------------------------------- closures
 
 
-def go_on(folder: str, index: int, known: str | None, mail: Sequence[str], within: str | None, out: str) -> Told:
-    """Follow all links from what is new, inside a parcel, and tell the neighbours where it goes on.
+def go_on(
+    folder: str, index: int, known: str | None, messages: Sequence[str], within: str | None, out: str
+) -> TaskResult:
+    """Follow all links from what is new, inside a parcel, and send the neighbours where it goes on.
 
-    ``known`` is what the parcel had reached before (None: nothing); ``mail`` what may be new. The first call of a
-    closure has no mail: there all of ``known`` is new.
+    ``known`` is what the parcel had reached before (None: nothing); ``messages`` what may be new. The first call of a
+    closure has no messages: there all of ``known`` is new.
     """
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
-    arrived = (union_of_files(mail, problem.everywhere(0)) & limits) if mail else before
-    new = (arrived - before) if mail else before
+    arrived = (union_of_files(messages, problem.everywhere(0)) & limits) if messages else before
+    new = (arrived - before) if messages else before
     if not new:
         problem.write(out, index, before)
-        return Told(len(before))
-    left = (limits - before) if mail else limits
+        return TaskResult(len(before))
+    left = (limits - before) if messages else limits
     reached = finish(reached_from_steps(network, new, left | _beyond(folder, index)))
-    sent = problem.write_mail(out, index, reached, to_own=True)
+    sent = problem.send(out, index, reached, to_own=True)
     planes = before | reached.on(problem.own(index))
     problem.write(out, index, planes)
-    return Told(len(planes), tuple(sent.values()))
+    return TaskResult(len(planes), tuple(sent.values()))
 
 
-def go_back(folder: str, index: int, known: str | None, mail: Sequence[str], within: str | None, out: str) -> Told:
+def go_back(
+    folder: str, index: int, known: str | None, messages: Sequence[str], within: str | None, out: str
+) -> TaskResult:
     """As :func:`go_on`, against the links."""
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
-    # What the neighbours tell lies in the halo and is new to this parcel, whatever it knows of its own cells.
-    new = union_of_files(mail, problem.everywhere(0)) if mail else before
+    # What the neighbours send lies in the halo and is new to this parcel, whatever it knows of its own cells.
+    new = union_of_files(messages, problem.everywhere(0)) if messages else before
     if not new:
         problem.write(out, index, before)
-        return Told(len(before))
-    left = (limits - before) if mail else limits
+        return TaskResult(len(before))
+    left = (limits - before) if messages else limits
     fresh = finish(reaching_steps(network, new, left | new)).on(problem.own(index))
-    sent = problem.write_mail(out, index, fresh, to_own=False)
+    sent = problem.send(out, index, fresh, to_own=False)
     planes = before | fresh
     problem.write(out, index, planes)
-    return Told(len(planes), tuple(sent.values()))
+    return TaskResult(len(planes), tuple(sent.values()))
 
 
 def _known(folder: str, index: int, known: str | None) -> NodeSet:
@@ -208,14 +214,16 @@ def _known(folder: str, index: int, known: str | None) -> NodeSet:
 # ---------------------------------------------------------------------------------------------------------- results
 
 
-def count_links(folder: str, index: int, name: str, mail: Sequence[str], enough: float = np.inf) -> int:
+def count_links(folder: str, index: int, name: str, messages: Sequence[str], enough: float = np.inf) -> int:
     """Links between nodes of a set that start in a parcel."""
     problem, network = open_problem(folder), open_network(folder, index)
-    around = union_of_files(mail, problem.read(name, index))
+    around = union_of_files(messages, problem.read(name, index))
     return network.count_links(around, enough)
 
 
-def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def written_out(
+    folder: str, index: int, name: str, messages: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The nodes of a set on a parcel's own cells, and the links that start there, by numbers on the whole ground.
 
     Returns (n,) nodes, (L,) starts and (L,) ends; the number of a node is (cell * n_headings + heading) * n_segments +
@@ -224,7 +232,7 @@ def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tupl
     problem, network = open_problem(folder), open_network(folder, index)
     plan, layout = problem.plan, problem.sweep.layout
     parcel, (nx, ny, n_headings) = plan.parcels[index], plan.grid.shape
-    around = union_of_files(mail, problem.read(name, index))
+    around = union_of_files(messages, problem.read(name, index))
     indices, starts, ends = network.links_within(around)
     x, y = np.divmod(indices[:, 1], layout.ny)
     own = plan.own_cells(index)[x, y]
@@ -234,7 +242,7 @@ def written_out(folder: str, index: int, name: str, mail: Sequence[str]) -> tupl
     return number[own], number[starts], number[ends]
 
 
-def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> Told:
+def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> TaskResult:
     """The set of the nodes with these numbers (those of :func:`written_out`) that lie on a parcel's own cells."""
     problem, network = open_problem(folder), open_network(folder, index)
     plan, n_segments = problem.plan, len(problem.graph.segments)
@@ -246,7 +254,7 @@ def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> Told
     local = (x + plan.halo_x) * problem.sweep.layout.ny + y + plan.halo_y
     nodes = network.nodes(np.column_stack([segment * n_headings + heading, local])[mine])
     problem.write(out, index, nodes)
-    return Told(len(nodes))
+    return TaskResult(len(nodes))
 
 
 def first_node(folder: str, index: int, name: str) -> int | None:
@@ -265,13 +273,13 @@ def first_node(folder: str, index: int, name: str) -> int | None:
     return lowest
 
 
-def write_maps(folder: str, index: int, name: str, mail: Sequence[str], out: str) -> tuple[int, int]:
+def write_maps(folder: str, index: int, name: str, messages: Sequence[str], out: str) -> tuple[int, int]:
     """The floor maps of a parcel's own cells as ``out/<index>.npz``: ``coverage``, headings in which a cell can be
     passed, and ``variability`` (paper, eq. 2, summed over headings). Returns how many cells are free, and covered.
     """
     problem = open_problem(folder)
     plan, layout = problem.plan, problem.sweep.layout
-    planes = union_of_files(mail, problem.read(name, index))
+    planes = union_of_files(messages, problem.read(name, index))
     # Nodes in the halo have links too; what these pass lies within twice the halo.
     wide = plan.crop(problem.environment, index, margin=2)
     sweep = _wide_sweep(folder, wide.grid.shape[:2])
