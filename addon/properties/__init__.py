@@ -15,7 +15,6 @@ from . import (
     findings,
     floor_map,
     motion_graph,
-    overlay,
     presets,
     queries,
     scene,
@@ -34,7 +33,6 @@ CLASSES = (
     *environment.CLASSES,
     *embedding.CLASSES,
     *floor_map.CLASSES,
-    *overlay.CLASSES,
     *walk.CLASSES,
     *findings.CLASSES,
     *evaluation.CLASSES,
@@ -44,15 +42,14 @@ CLASSES = (
 )
 
 
+_register, _unregister = bpy.utils.register_classes_factory((*CLASSES, *presets.CLASSES))  # pyright: ignore[reportGeneralTypeIssues]
+
+
 def register():
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register()
     bpy.types.Scene.wayfarer = bpy.props.PointerProperty(type=scene.WayfarerSceneSettings)
-    presets.register()
 
 
 def unregister():
-    presets.unregister()
     del bpy.types.Scene.wayfarer
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister()

@@ -1,10 +1,10 @@
 """The clips that take part, and when their feet are on the ground."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, PointerProperty, StringProperty
 
 from ...core.errors import ClipError
 from ...core.motion.contacts import ContactSettings
+from .definitions import BoolProperty, FloatProperty, PointerProperty, StringProperty
 
 _CONTACTS = ContactSettings()
 
@@ -12,12 +12,8 @@ _CONTACTS = ContactSettings()
 class WayfarerClip(bpy.types.PropertyGroup):
     """An action of the character and whether it takes part."""
 
-    action: PointerProperty(
-        type=bpy.types.Action, name="Action", description="A motion of the character", options=set()
-    )
-    use: BoolProperty(
-        name="Use", description="Let this action take part in the motion graph", default=True, options=set()
-    )
+    action: PointerProperty(type=bpy.types.Action, name="Action", description="A motion of the character")
+    use: BoolProperty(name="Use", description="Let this action take part in the motion graph", default=True)
     weight: FloatProperty(
         name="Weight",
         description="How often this clip is played, beside others, by walks that prefer clips by weight; with 0, only "
@@ -25,7 +21,6 @@ class WayfarerClip(bpy.types.PropertyGroup):
         default=1.0,
         min=0.0,
         soft_max=10.0,
-        options=set(),
     )
 
 
@@ -36,13 +31,11 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         name="Left Foot",
         description="Bone of the left foot, at the ankle; its toes go with it. Guessed from the names of the bones "
         "where no foot is chosen",
-        options=set(),
     )
     right_foot: StringProperty(
         name="Right Foot",
         description="Bone of the right foot, at the ankle; its toes go with it. Guessed from the names of the bones "
         "where no foot is chosen",
-        options=set(),
     )
     height: FloatProperty(
         name="Planted Below",
@@ -52,7 +45,6 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         min=0.001,
         soft_max=0.3,
         precision=3,
-        options=set(),
     )
     release_height: FloatProperty(
         name="Lifted Above",
@@ -62,7 +54,6 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         min=0.001,
         soft_max=0.5,
         precision=3,
-        options=set(),
     )
     speed: FloatProperty(
         name="Slower Than",
@@ -71,7 +62,6 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         default=_CONTACTS.speed,
         min=0.01,
         soft_max=2.0,
-        options=set(),
     )
     release_speed: FloatProperty(
         name="Faster Than",
@@ -80,19 +70,11 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         default=_CONTACTS.release_speed,
         min=0.01,
         soft_max=3.0,
-        options=set(),
     )
 
     def values(self) -> tuple:
         """Everything that planted frames depend on, whether or not it makes sense together."""
-        return (
-            self.left_foot,
-            self.right_foot,
-            self.height,
-            self.release_height,
-            self.speed,
-            self.release_speed,
-        )
+        return (self.left_foot, self.right_foot, self.height, self.release_height, self.speed, self.release_speed)
 
     def feet(self, armature_object) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
         """Bones of the left and of the right foot, ankle first, then toes; None if they are to be guessed.

@@ -1,12 +1,20 @@
 """How many walkers walk, and what came of it."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.playback.crowd import CrowdSettings
-from .walk_weighting import WEIGHTING_ITEMS
+from .definitions import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 _CROWD = CrowdSettings()
+
+WEIGHTING_ITEMS = [
+    ("LINKS", "Links", "Every link is equally likely, also those that only shuffle"),
+    ("GOODNESS", "Goodness", "Smooth transitions are more likely than rough ones"),
+    ("VARIABILITY", "Variability", "Places with many ways in and out are more likely"),
+    ("PLACES", "Places Evenly", "Places where the walker has seldom been are more likely"),
+    ("CLIPS", "Clip Weights", "Each clip is as likely as its weight says"),
+]
+"""Links that a walker takes more often than others."""
 
 
 class WayfarerCrowdSettings(bpy.types.PropertyGroup):
@@ -19,7 +27,6 @@ class WayfarerCrowdSettings(bpy.types.PropertyGroup):
         min=1,
         soft_max=100,
         max=1000,
-        options=set(),
     )
     duration: FloatProperty(
         name="Duration",
@@ -28,9 +35,8 @@ class WayfarerCrowdSettings(bpy.types.PropertyGroup):
         default=30.0,
         min=0.1,
         soft_max=600.0,
-        options=set(),
     )
-    seed: IntProperty(name="Seed", description="Another number, another crowd", default=0, min=0, options=set())
+    seed: IntProperty(name="Seed", description="Another number, another crowd", default=0, min=0)
     spacing: FloatProperty(
         name="Spacing",
         description="What the roots of any two walkers keep between them at every frame",
@@ -38,24 +44,21 @@ class WayfarerCrowdSettings(bpy.types.PropertyGroup):
         default=2 * _CROWD.radius,
         min=0.0,
         soft_max=2.0,
-        options=set(),
     )
     weighting: EnumProperty(
         items=WEIGHTING_ITEMS,
         name="Prefer",
         description="Which links walkers take more often than others",
         default="PLACES",
-        options=set(),
     )
-    n_walking: IntProperty(name="Walking", description="How many walkers got a walk", options=set())
-    n_wanted: IntProperty(name="Wanted", description="How many walkers were asked for", options=set())
+    n_walking: IntProperty(name="Walking", description="How many walkers got a walk")
+    n_wanted: IntProperty(name="Wanted", description="How many walkers were asked for")
     closest: FloatProperty(
         name="Closest",
         description="What the two walkers that come closest have between them; 0 if there are no two",
         subtype="DISTANCE",
-        options=set(),
     )
-    unserved: StringProperty(name="Unserved", description="Why walkers got no walk, in lines", options=set())
+    unserved: StringProperty(name="Unserved", description="Why walkers got no walk, in lines")
 
 
 CLASSES = (WayfarerCrowdSettings,)

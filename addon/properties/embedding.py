@@ -1,11 +1,10 @@
 """How far motion may be edited to reach grid cells."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty
 
 from ...core.embedding.embedding import EmbeddingSettings
 from ...core.embedding.footprint import FootprintRule, FootprintSettings
-from .enums import enum_items
+from .definitions import EnumProperty, FloatProperty, enum_items
 
 _FOOTPRINT = FootprintSettings()
 
@@ -28,7 +27,6 @@ class WayfarerEmbeddingSettings(bpy.types.PropertyGroup):
         name="Footprint",
         description="Which cells and headings a segment may end on",
         default=_FOOTPRINT.rule.name,
-        options=set(),
     )
     position_rate: FloatProperty(
         name="Position Edit",
@@ -39,7 +37,6 @@ class WayfarerEmbeddingSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=0.3,
         precision=3,
-        options=set(),
     )
     heading_rate: FloatProperty(
         name="Heading Edit",
@@ -48,7 +45,6 @@ class WayfarerEmbeddingSettings(bpy.types.PropertyGroup):
         default=_FOOTPRINT.heading_rate,
         min=0.0,
         soft_max=0.5,
-        options=set(),
     )
 
     def to_core(self) -> EmbeddingSettings:

@@ -3,20 +3,20 @@
 from enum import Enum
 
 import bpy
-from bpy.props import (
+from bpy.props import CollectionProperty
+
+from ...core.environment.environment import EnvironmentSettings
+from ...core.environment.regions import RegionRule
+from .definitions import (
     BoolProperty,
-    CollectionProperty,
     EnumProperty,
     FloatProperty,
     FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
+    enum_items,
 )
-
-from ...core.environment.environment import EnvironmentSettings
-from ...core.environment.regions import RegionRule
-from .enums import enum_items
 
 _BODY = EnvironmentSettings()
 
@@ -58,21 +58,15 @@ class WayfarerRegion(bpy.types.PropertyGroup):
         name="Object",
         description="The region is the shadow of this object on the ground",
         poll=lambda _, obj: obj.type in REGION_TYPES,
-        options=set(),
     )
     rule: EnumProperty(
-        items=_RULE_ITEMS,
-        name="Rule",
-        description="What the region asks of motion",
-        default=RegionRule.REQUIRE.name,
-        options=set(),
+        items=_RULE_ITEMS, name="Rule", description="What the region asks of motion", default=RegionRule.REQUIRE.name
     )
     tag: StringProperty(
         name="Tag",
         description="Frames of actions carry tags: a pose marker with the tag's name begins it, one with a slash "
         "before the name ends it",
         default="step",
-        options=set(),
     )
     margin: FloatProperty(
         name="Margin",
@@ -81,7 +75,6 @@ class WayfarerRegion(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=1.0,
-        options=set(),
     )
 
 
@@ -93,7 +86,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         name="Ground From",
         description="Where the ground rectangle comes from",
         default=GroundSource.OBJECT.name,
-        options=set(),
     )
     ground: PointerProperty(
         type=bpy.types.Object,
@@ -101,7 +93,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         description="Its extent is the ground rectangle and its top the floor; without it, the obstacles' extent is "
         "used",
         poll=lambda _, obj: obj.type in {"MESH", "EMPTY", "CURVE", "SURFACE"},
-        options=set(),
     )
     ground_low: FloatVectorProperty(
         name="Min",
@@ -110,7 +101,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         subtype="XYZ",
         unit="LENGTH",
         default=(-4.0, -4.0),
-        options=set(),
     )
     ground_high: FloatVectorProperty(
         name="Max",
@@ -119,23 +109,20 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         subtype="XYZ",
         unit="LENGTH",
         default=(4.0, 4.0),
-        options=set(),
     )
     ground_height: FloatProperty(
         name="Height",
         description="Height of the ground above the world's origin",
         subtype="DISTANCE",
         default=_BODY.ground_height,
-        options=set(),
     )
     obstacles: PointerProperty(
         type=bpy.types.Collection,
         name="Obstacles",
         description="What the character must walk around: all objects of this collection",
-        options=set(),
     )
     regions: CollectionProperty(type=WayfarerRegion)
-    active_region: IntProperty(name="Active Region", description="The region chosen in the list", options=set())
+    active_region: IntProperty(name="Active Region", description="The region chosen in the list")
     cell_size: FloatProperty(
         name="Cell Size",
         description="Side of a grid cell",
@@ -144,7 +131,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         min=0.02,
         soft_max=0.5,
         precision=3,
-        options=set(),
     )
     n_headings: IntProperty(
         name="Headings",
@@ -152,7 +138,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         default=24,
         min=4,
         soft_max=72,
-        options=set(),
     )
     radius: FloatProperty(
         name="Radius",
@@ -161,7 +146,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         default=_BODY.radius,
         min=0.0,
         soft_max=1.0,
-        options=set(),
     )
     step_height: FloatProperty(
         name="Step Height",
@@ -170,7 +154,6 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         default=_BODY.step_height,
         min=0.0,
         soft_max=0.5,
-        options=set(),
     )
     head_height: FloatProperty(
         name="Head Height",
@@ -179,13 +162,9 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         default=_BODY.head_height,
         min=0.1,
         soft_max=3.0,
-        options=set(),
     )
     tiled: BoolProperty(
-        name="Tiled",
-        description="The ground repeats: who leaves it on one side enters it on the other",
-        default=False,
-        options=set(),
+        name="Tiled", description="The ground repeats: who leaves it on one side enters it on the other", default=False
     )
 
     @property

@@ -1,12 +1,11 @@
 """How an embedding is evaluated."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...core.evaluation.segment_groups import Grouping
 from ...core.evaluation.weak_spots import Domain, WeakSpotSettings
 from ...core.report.finding import Questions
-from .enums import enum_items
+from .definitions import BoolProperty, EnumProperty, FloatProperty, IntProperty, enum_items
 
 _WEAK = WeakSpotSettings()
 
@@ -20,9 +19,8 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         default=100,
         min=1,
         soft_max=1000,
-        options=set(),
     )
-    seed: IntProperty(name="Seed", description="Another number, other pairs", default=0, min=0, options=set())
+    seed: IntProperty(name="Seed", description="Another number, other pairs", default=0, min=0)
     domain: EnumProperty(
         items=enum_items(
             {
@@ -33,7 +31,6 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         name="Look At",
         description="Where weak spots are looked for",
         default=_WEAK.domain.name,
-        options=set(),
     )
     few_ways: IntProperty(
         name="Few Ways",
@@ -41,7 +38,6 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         "reached do",
         default=_WEAK.threshold,
         min=0,
-        options=set(),
     )
     min_area: FloatProperty(
         name="Smallest Area",
@@ -50,7 +46,6 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         default=_WEAK.min_area,
         min=0.0,
         soft_max=5.0,
-        options=set(),
     )
     parts: EnumProperty(
         items=enum_items(
@@ -63,7 +58,6 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         name="Without",
         description="What is taken away at a time",
         default=Grouping.CLIP.name,
-        options=set(),
     )
     allowed_loss: FloatProperty(
         name="May Cost",
@@ -74,7 +68,6 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         min=0.0,
         max=100.0,
         precision=1,
-        options=set(),
     )
     n_candidates: IntProperty(
         name="Motions to Try",
@@ -82,15 +75,11 @@ class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
         default=60,
         min=1,
         soft_max=200,
-        options=set(),
     )
-    use_json: BoolProperty(name="JSON", description="Write one file with everything", default=True, options=set())
-    use_csv: BoolProperty(name="CSV", description="Write a table for each finding", default=True, options=set())
+    use_json: BoolProperty(name="JSON", description="Write one file with everything", default=True)
+    use_csv: BoolProperty(name="CSV", description="Write a table for each finding", default=True)
     use_pictures: BoolProperty(
-        name="Pictures",
-        description="Write charts (SVG) and the painted map (SVG and PNG)",
-        default=True,
-        options=set(),
+        name="Pictures", description="Write charts (SVG) and the painted map (SVG and PNG)", default=True
     )
 
     def to_core(self) -> Questions:

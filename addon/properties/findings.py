@@ -1,9 +1,10 @@
 """What was found out, as it is kept with a scene: saved in its file, undone with everything else."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
+from bpy.props import CollectionProperty
 
 from ..bridge.go_to_place import go_to_place
+from .definitions import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 
 def _on_row(finding, _) -> None:
@@ -16,36 +17,29 @@ def _on_row(finding, _) -> None:
 class WayfarerFindingRow(bpy.types.PropertyGroup):
     """A line of a list of findings; its name is the first column."""
 
-    value: StringProperty(name="Value", description="The number, with its unit", options=set())
-    note: StringProperty(name="Note", description="What to make of it", options=set())
-    sentence: StringProperty(name="Sentence", description="What there is to say about it", options=set())
-    icon: StringProperty(name="Icon", description="The icon in the list", default="NONE", options=set())
-    has_place: BoolProperty(name="Has a Place", description="Whether it is somewhere", default=False, options=set())
-    place: FloatVectorProperty(
-        name="Place", description="Where it is", size=2, subtype="XYZ", unit="LENGTH", options=set()
-    )
-    size: FloatProperty(name="Size", description="How far it stretches", subtype="DISTANCE", min=0.0, options=set())
+    value: StringProperty(name="Value", description="The number, with its unit")
+    note: StringProperty(name="Note", description="What to make of it")
+    sentence: StringProperty(name="Sentence", description="What there is to say about it")
+    icon: StringProperty(name="Icon", description="The icon in the list", default="NONE")
+    has_place: BoolProperty(name="Has a Place", description="Whether it is somewhere", default=False)
+    place: FloatVectorProperty(name="Place", description="Where it is", size=2, subtype="XYZ", unit="LENGTH")
+    size: FloatProperty(name="Size", description="How far it stretches", subtype="DISTANCE", min=0.0)
 
 
 class WayfarerFinding(bpy.types.PropertyGroup):
     """What was found out about an embedding; its name says what kind of finding it is."""
 
-    made_from: StringProperty(name="Made From", description="The embedding that it is about", options=set())
-    table: StringProperty(name="Table", description="All numbers, as JSON", options=set())
-    numbers: StringProperty(
-        name="Numbers", description="The numbers in the panel, as JSON", default="[]", options=set()
-    )
-    sentences: StringProperty(name="Sentences", description="What there is to say, in lines", options=set())
-    height: FloatProperty(
-        name="Height", description="The ground's, on which places are", subtype="DISTANCE", options=set()
-    )
+    made_from: StringProperty(name="Made From", description="The embedding that it is about")
+    table: StringProperty(name="Table", description="All numbers, as JSON")
+    numbers: StringProperty(name="Numbers", description="The numbers in the panel, as JSON", default="[]")
+    sentences: StringProperty(name="Sentences", description="What there is to say, in lines")
+    height: FloatProperty(name="Height", description="The ground's, on which places are", subtype="DISTANCE")
     rows: CollectionProperty(type=WayfarerFindingRow)
     active_row: IntProperty(
         name="Active Line",
         description="The line that was chosen; if it has a place, the 3D cursor goes there",
         default=-1,
         update=_on_row,
-        options=set(),
     )
 
     @property

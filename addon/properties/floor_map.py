@@ -3,12 +3,11 @@
 from typing import cast
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.maps import MAPS, FloorMap, MapOptions, MapQuantity, map_of
 from ...core.maps.colors import Palette
 from ..session import SESSION
-from .enums import enum_items
+from .definitions import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty, enum_items
 from .graph_names import segment_names
 
 __all__ = ["CLASSES", "MapQuantity", "WayfarerMapSettings"]
@@ -30,7 +29,6 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         description="What to paint on the floor",
         default=MapQuantity.VARIABILITY.name,
         update=map_changed,
-        options=set(),
     )
     palette: EnumProperty(
         items=enum_items(
@@ -44,14 +42,12 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         description="The scale of colours",
         default=Palette.GREYS.name,
         update=map_changed,
-        options=set(),
     )
     use_heading: BoolProperty(
         name="Single Heading",
         description="Show one heading instead of all of them together",
         default=False,
         update=map_changed,
-        options=set(),
     )
     heading: FloatProperty(
         name="Heading",
@@ -63,14 +59,12 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         soft_max=6.283185307,
         step=1500,
         update=map_changed,
-        options=set(),
     )
     segment: StringProperty(
         name="Segment",
         description="The motion segment that is shown; without one, the first",
         search=segment_names,
         update=map_changed,
-        options=set(),
     )
     goal: EnumProperty(
         items=[
@@ -81,14 +75,12 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         description="Where the character is to go",
         default="CURSOR",
         update=map_changed,
-        options=set(),
     )
     bands: BoolProperty(
         name="Bands",
         description="Show times in a few steps, such as 2, 3, 5 and 7 s, instead of continuously",
         default=True,
         update=map_changed,
-        options=set(),
     )
     few_ways: IntProperty(
         name="Few Ways",
@@ -97,7 +89,6 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         update=map_changed,
-        options=set(),
     )
     offset: FloatProperty(
         name="Offset",
@@ -109,7 +100,6 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         soft_max=0.1,
         precision=3,
         update=map_changed,
-        options=set(),
     )
 
     @property
@@ -153,4 +143,22 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
         return float(place[0]), float(place[1])
 
 
-CLASSES = (WayfarerMapSettings,)
+class WayfarerOverlaySettings(bpy.types.PropertyGroup):
+    """What is drawn over the viewport."""
+
+    show_legend: BoolProperty(
+        name="Legend", description="Show in the viewport what the colours of the floor mean", default=True
+    )
+    # It was a choice once: files keep 0 for never, 1 for always and 2 for while the panel is open, which is read as on.
+    show_environment: BoolProperty(
+        name="Show in Viewport",
+        description="Draw the ground rectangle, what obstacles block, the regions and the size of the character at the "
+        "3D cursor",
+        default=False,
+    )
+    place: StringProperty(
+        name="Place", description="What was found out about the place that was clicked last, in lines"
+    )
+
+
+CLASSES = (WayfarerMapSettings, WayfarerOverlaySettings)

@@ -1,12 +1,12 @@
 """How clips are cut and linked."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty
+from bpy.props import CollectionProperty
 
 from ...core.motion.contacts import ContactSettings
 from ...core.motion.distance import CostSettings
 from ...core.motion.graph_settings import HIGHEST_RATE, MotionGraphSettings, ThresholdMode
-from .enums import enum_items
+from .definitions import BoolProperty, EnumProperty, FloatProperty, IntProperty, enum_items
 
 _GRAPH = MotionGraphSettings()
 
@@ -29,7 +29,6 @@ class WayfarerJointWeight(bpy.types.PropertyGroup):
         default=1.0,
         min=0.0,
         max=1.0,
-        options=set(),
     )
 
 
@@ -44,7 +43,6 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         max=HIGHEST_RATE,
         soft_max=120.0,
         precision=1,
-        options=set(),
     )
     min_segment_duration: FloatProperty(
         name="Min Segment",
@@ -54,14 +52,12 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         default=_GRAPH.min_segment_duration,
         min=0.05,
         soft_max=2.0,
-        options=set(),
     )
     threshold_mode: EnumProperty(
         items=_THRESHOLD_ITEMS,
         name="Threshold",
         description="What decides how different two poses may be to be linked",
         default=_GRAPH.threshold_mode.name,
-        options=set(),
     )
     max_cost: FloatProperty(
         name="Max Cost",
@@ -72,7 +68,6 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         soft_max=1.0,
         step=1,
         precision=3,
-        options=set(),
     )
     max_links: IntProperty(
         name="Max Links",
@@ -80,7 +75,6 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         default=_GRAPH.max_links,
         min=1,
         soft_max=5000,
-        options=set(),
     )
     min_coverage: FloatProperty(
         name="Motion Kept",
@@ -89,29 +83,25 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         default=_GRAPH.min_coverage,
         min=0.01,
         max=1.0,
-        options=set(),
     )
     mirror_clips: BoolProperty(
         name="Mirror Clips",
         description="Also use every clip with left and right exchanged; needs bones named as left and right, and a "
         "symmetric rest pose",
         default=False,
-        options=set(),
     )
     steady_heading: BoolProperty(
         name="Steady Heading",
         description="Take the character to head where it goes, not where its hips swing at each step",
         default=False,
-        options=set(),
     )
     use_custom_weights: BoolProperty(
         name="Custom Weights",
         description="Compare poses by the weights in this list instead of those guessed from the names of the bones",
         default=False,
-        options=set(),
     )
     joint_weights: CollectionProperty(type=WayfarerJointWeight)
-    active_joint_weight: IntProperty(name="Active Weight", description="The bone chosen in the list", options=set())
+    active_joint_weight: IntProperty(name="Active Weight", description="The bone chosen in the list")
 
     @property
     def mode(self) -> ThresholdMode:

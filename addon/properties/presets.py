@@ -12,7 +12,7 @@ _NEVER_KEPT = ("rna_type", "name")
 
 
 def _preset(identifier: str, label: str, group: type, left_out=()) -> tuple[type, type]:
-    """The popover and the operator of one group of ``scene.wayfarer``: every plain setting but those ``left_out``."""
+    """Make popover and operator of one group of ``scene.wayfarer``: every plain setting but those ``left_out``."""
     panel = type(
         f"WAYFARER_PT_{identifier}_presets",
         (PresetPanel, bpy.types.Panel),
@@ -47,26 +47,15 @@ def _preset(identifier: str, label: str, group: type, left_out=()) -> tuple[type
     return panel, operator
 
 
-_CLASSES: list[type] = []
-
-
 def draw_presets(identifier: str, layout) -> None:
-    """The button that opens the presets of a group, for the header of its panel."""
+    """Draw the button that opens the presets of a group, for the header of its panel."""
     getattr(bpy.types, f"WAYFARER_PT_{identifier}_presets").draw_panel_header(layout)
 
 
-def register():
-    places = ("ground_source", "ground_low", "ground_high", "ground_height")
-    _CLASSES[:] = [
-        *_preset("graph", "Motion Graph", WayfarerGraphSettings, ("use_custom_weights",)),
-        *_preset("environment", "Environment", WayfarerEnvironmentSettings, places),
-        *_preset("embedding", "Embedding", WayfarerEmbeddingSettings),
-    ]
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
-    _CLASSES.clear()
+# Where the ground is, is of one scene only.
+_PLACES = ("ground_source", "ground_low", "ground_high", "ground_height")
+CLASSES = (
+    *_preset("graph", "Motion Graph", WayfarerGraphSettings, ("use_custom_weights",)),
+    *_preset("environment", "Environment", WayfarerEnvironmentSettings, _PLACES),
+    *_preset("embedding", "Embedding", WayfarerEmbeddingSettings),
+)

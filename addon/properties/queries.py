@@ -4,11 +4,18 @@ from enum import Enum
 from typing import cast
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
 from ...core.evaluation.query import GoalKind, Query
 from ...core.evaluation.reach import PAPER_TIMES
-from .enums import enum_items
+from .definitions import (
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+    enum_items,
+)
 from .floor_map import map_changed
 from .graph_names import clip_names, matching, tag_names
 
@@ -41,7 +48,6 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         description="Which way is meant",
         default=Direction.TO.name,
         update=map_changed,
-        options=set(),
     )
     goal: EnumProperty(
         items=enum_items(
@@ -57,28 +63,15 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         description="What the times count to, or from",
         default=_QUERY.kind.name,
         update=map_changed,
-        options=set(),
     )
     object: PointerProperty(
-        type=bpy.types.Object,
-        name="Object",
-        description="The object whose origin is the goal",
-        update=map_changed,
-        options=set(),
+        type=bpy.types.Object, name="Object", description="The object whose origin is the goal", update=map_changed
     )
     region: StringProperty(
-        name="Region",
-        description="The object of the region that is the goal",
-        search=_region_names,
-        update=map_changed,
-        options=set(),
+        name="Region", description="The object of the region that is the goal", search=_region_names, update=map_changed
     )
-    tag: StringProperty(
-        name="Tag", description="The tag that is the goal", search=tag_names, update=map_changed, options=set()
-    )
-    clip: StringProperty(
-        name="Clip", description="The clip that is to begin", search=clip_names, update=map_changed, options=set()
-    )
+    tag: StringProperty(name="Tag", description="The tag that is the goal", search=tag_names, update=map_changed)
+    clip: StringProperty(name="Clip", description="The clip that is to begin", search=clip_names, update=map_changed)
     radius: FloatProperty(
         name="Radius",
         description="Who is as near to the goal as this has arrived",
@@ -87,7 +80,6 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=3.0,
         update=map_changed,
-        options=set(),
     )
     times: FloatVectorProperty(
         name="Times",
@@ -98,11 +90,8 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=60.0,
         update=map_changed,
-        options=set(),
     )
-    n_walks: IntProperty(
-        name="Walks", description="How many walks start at the place", default=12, min=1, soft_max=100, options=set()
-    )
+    n_walks: IntProperty(name="Walks", description="How many walks start at the place", default=12, min=1, soft_max=100)
     duration: FloatProperty(
         name="Duration",
         description="How long each walk lasts at least; it ends with a whole segment",
@@ -110,7 +99,6 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         default=7.0,
         min=0.1,
         soft_max=60.0,
-        options=set(),
     )
     style: EnumProperty(
         items=[
@@ -120,9 +108,8 @@ class WayfarerQuerySettings(bpy.types.PropertyGroup):
         name="Style",
         description="How the walks choose their way",
         default="WANDER",
-        options=set(),
     )
-    seed: IntProperty(name="Seed", description="Another number, other walks", default=0, min=0, options=set())
+    seed: IntProperty(name="Seed", description="Another number, other walks", default=0, min=0)
 
     def to_query(self) -> Query:
         """The question as it is at this moment."""

@@ -3,18 +3,17 @@
 from enum import Enum
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
+from bpy.props import CollectionProperty
 
 from ..bridge.clip_actions import character_actions
 from .clips import WayfarerClip, WayfarerContactSettings
+from .definitions import BoolProperty, EnumProperty, IntProperty, PointerProperty, enum_items
 from .embedding import WayfarerEmbeddingSettings
-from .enums import enum_items
 from .environment import WayfarerEnvironmentSettings
 from .evaluation import WayfarerEvaluationSettings
 from .findings import WayfarerFinding
-from .floor_map import WayfarerMapSettings, map_changed
+from .floor_map import WayfarerMapSettings, WayfarerOverlaySettings, map_changed
 from .motion_graph import WayfarerGraphSettings
-from .overlay import WayfarerOverlaySettings
 from .queries import WayfarerQuerySettings
 from .tuning import WayfarerTuningSettings
 from .walk import WayfarerWalkSettings
@@ -56,10 +55,9 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         description="The armature that is to walk",
         poll=lambda _, obj: obj.type == "ARMATURE",
         update=_on_character,
-        options=set(),
     )
     clips: CollectionProperty(type=WayfarerClip)
-    active_clip: IntProperty(name="Active Clip", description="The clip chosen in the list", options=set())
+    active_clip: IntProperty(name="Active Clip", description="The clip chosen in the list")
     clip_columns: EnumProperty(
         items=[
             ("DURATION", "Duration", "Show how long each clip lasts"),
@@ -83,7 +81,6 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         name="Order",
         description="In which order the clips are listed",
         default=ClipOrder.NAME.name,
-        options=set(),
     )
     clip_filter: EnumProperty(
         items=enum_items(
@@ -97,14 +94,12 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         name="Show",
         description="Which clips are listed",
         default=ClipFilter.ALL.name,
-        options=set(),
     )
     use_others: BoolProperty(
         name="Actions of Others",
         description="Also list actions that were made for other characters, if they move bones of this one",
         default=False,
         update=_on_others,
-        options=set(),
     )
     contacts: PointerProperty(type=WayfarerContactSettings)
     graph: PointerProperty(type=WayfarerGraphSettings)
@@ -121,7 +116,6 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         description="Embed again and repaint the map whenever obstacles, regions, the ground or settings change",
         default=False,
         update=map_changed,
-        options=set(),
     )
     walk: PointerProperty(type=WayfarerWalkSettings)
     keep_results: BoolProperty(
@@ -129,7 +123,6 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         description="Save motion graph, embedding and walk with the file, so that nothing has to be computed again "
         "when it is opened",
         default=True,
-        options=set(),
     )
 
     def refresh_clips(self) -> int:

@@ -1,12 +1,11 @@
 """How an embedding is pruned."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.tuning.budget import BudgetSettings, Limit
 from ...core.tuning.pruning import PruningMethod, PruningSettings
 from ...core.tuning.spanning import Places
-from .enums import enum_items
+from .definitions import EnumProperty, FloatProperty, IntProperty, StringProperty, enum_items
 
 _BUDGET = BudgetSettings()
 
@@ -25,7 +24,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         name="Method",
         description="How the embedding is made smaller",
         default=PruningMethod.LOCAL.name,
-        options=set(),
     )
     k: IntProperty(
         name="Keep Best",
@@ -33,7 +31,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         default=16,
         min=1,
         soft_max=50,
-        options=set(),
     )
     n_segments: IntProperty(
         name="Segments",
@@ -41,7 +38,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         default=20,
         min=1,
         soft_max=200,
-        options=set(),
     )
     limit: EnumProperty(
         items=enum_items(
@@ -53,10 +49,9 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         name="Limit",
         description="What the budget counts",
         default=_BUDGET.limit.name,
-        options=set(),
     )
     max_links: IntProperty(
-        name="Links", description="Links that may be left", default=_BUDGET.budget, min=0, soft_max=10**7, options=set()
+        name="Links", description="Links that may be left", default=_BUDGET.budget, min=0, soft_max=10**7
     )
     max_megabytes: FloatProperty(
         name="Megabytes",
@@ -65,7 +60,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=1000.0,
         precision=2,
-        options=set(),
     )
     places: EnumProperty(
         items=enum_items(
@@ -77,7 +71,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         name="Keep Covered",
         description="Of what the allowed loss is a part",
         default=_BUDGET.places.name,
-        options=set(),
     )
     coverage_loss: FloatProperty(
         name="May Lose",
@@ -87,7 +80,6 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
         min=0.0,
         max=100.0,
         precision=1,
-        options=set(),
     )
     pruned: StringProperty(
         name="Pruned",

@@ -3,17 +3,16 @@
 import math
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...core.playback.cleanup import CleanupSettings
 from ...core.playback.curve import CurveSettings
 from ...core.playback.styles import STYLES, WalkStyle
 from ...core.playback.synthesis import SynthesisSettings
 from . import crowd, walk_report
-from .crowd import WayfarerCrowdSettings
+from .crowd import WEIGHTING_ITEMS, WayfarerCrowdSettings
+from .definitions import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from .graph_names import clip_names, tag_names
 from .walk_report import WayfarerWalkReport
-from .walk_weighting import WEIGHTING_ITEMS
 
 _CLEANUP, _CURVE, _SYNTHESIS = CleanupSettings(), CurveSettings(), SynthesisSettings()
 
@@ -44,14 +43,12 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="Style",
         description="How the character chooses its way",
         default="WANDER",
-        options=set(),
     )
     weighting: EnumProperty(
         items=WEIGHTING_ITEMS,
         name="Prefer",
         description="Which links are taken more often than others",
         default="LINKS",
-        options=set(),
     )
     duration: FloatProperty(
         name="Duration",
@@ -60,9 +57,8 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=60.0,
         min=0.1,
         soft_max=600.0,
-        options=set(),
     )
-    seed: IntProperty(name="Seed", description="Another number, another walk", default=0, min=0, options=set())
+    seed: IntProperty(name="Seed", description="Another number, another walk", default=0, min=0)
     start: EnumProperty(
         items=[
             ("RANDOM", "Anywhere", "Anywhere that the character can be"),
@@ -73,11 +69,8 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="Start",
         description="Where the walk starts",
         default="RANDOM",
-        options=set(),
     )
-    start_object: PointerProperty(
-        type=bpy.types.Object, name="Start Object", description="The object to start from", options=set()
-    )
+    start_object: PointerProperty(type=bpy.types.Object, name="Start Object", description="The object to start from")
     target: EnumProperty(
         items=[
             ("CURSOR", "3D Cursor", "Where the 3D cursor is"),
@@ -86,11 +79,8 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="To",
         description="Where the character goes",
         default="CURSOR",
-        options=set(),
     )
-    target_object: PointerProperty(
-        type=bpy.types.Object, name="Target Object", description="The object to go to", options=set()
-    )
+    target_object: PointerProperty(type=bpy.types.Object, name="Target Object", description="The object to go to")
     nearness: FloatProperty(
         name="Within",
         description="How far from the place the root may be when it gets there",
@@ -98,7 +88,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=0.25,
         min=0.0,
         soft_max=2.0,
-        options=set(),
     )
     facing: EnumProperty(
         items=[
@@ -115,7 +104,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="Face",
         description="Which way the character faces when it arrives",
         default="ANY",
-        options=set(),
     )
     facing_tolerance: FloatProperty(
         name="Give or Take",
@@ -124,20 +112,17 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=math.radians(15.0),
         min=0.0,
         max=math.pi,
-        options=set(),
     )
     waypoints: PointerProperty(
         type=bpy.types.Collection,
         name="Waypoints",
         description="The objects of this collection are passed in the order of their names",
-        options=set(),
     )
     path_curve: PointerProperty(
         type=bpy.types.Object,
         name="Curve",
         description="The curve to follow, from its first point to its last",
         poll=lambda _, obj: obj.type == "CURVE",
-        options=set(),
     )
     path_width: FloatProperty(
         name="Width",
@@ -146,7 +131,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=_CURVE.width,
         min=0.01,
         soft_max=2.0,
-        options=set(),
     )
     action_kind: EnumProperty(
         items=[
@@ -156,23 +140,14 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="Motion",
         description="What is performed",
         default="CLIP",
-        options=set(),
     )
-    action_clip: StringProperty(name="Clip", description="The clip that is performed", search=clip_names, options=set())
-    action_tag: StringProperty(
-        name="Tag", description="The tag of the frames that are performed", search=tag_names, options=set()
-    )
+    action_clip: StringProperty(name="Clip", description="The clip that is performed", search=clip_names)
+    action_tag: StringProperty(name="Tag", description="The tag of the frames that are performed", search=tag_names)
     walk_on: BoolProperty(
-        name="Wander On",
-        description="Wander on from there until the walk has lasted as long as asked",
-        default=False,
-        options=set(),
+        name="Wander On", description="Wander on from there until the walk has lasted as long as asked", default=False
     )
     hold_feet: BoolProperty(
-        name="Hold Feet",
-        description="Keep planted feet where they stand, so that they do not slide",
-        default=True,
-        options=set(),
+        name="Hold Feet", description="Keep planted feet where they stand, so that they do not slide", default=True
     )
     hold_window: FloatProperty(
         name="Ease Time",
@@ -182,7 +157,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         min=0.02,
         soft_max=1.0,
         precision=2,
-        options=set(),
     )
     hold_shift: FloatProperty(
         name="Farthest",
@@ -191,7 +165,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=_CLEANUP.max_shift,
         min=0.001,
         soft_max=0.5,
-        options=set(),
     )
     hold_drop: FloatProperty(
         name="Hips Down",
@@ -200,7 +173,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=_CLEANUP.max_drop,
         min=0.0,
         soft_max=0.2,
-        options=set(),
     )
     blend_duration: FloatProperty(
         name="Blend",
@@ -210,7 +182,6 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=1.0,
         precision=2,
-        options=set(),
     )
     output: EnumProperty(
         items=[
@@ -221,18 +192,14 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         name="Bake Into",
         description="What the walk becomes",
         default="ACTION",
-        options=set(),
     )
     use_markers: BoolProperty(
         name="Markers",
         description="Mark on the timeline where each segment starts, with the name of its clip",
         default=False,
-        options=set(),
     )
     markers: StringProperty(name="Own Markers", description="Names and frames of the markers of the last walk, as JSON")
-    draw_path: BoolProperty(
-        name="Path", description="Draw the way of the root as a curve on the floor", default=True, options=set()
-    )
+    draw_path: BoolProperty(name="Path", description="Draw the way of the root as a curve on the floor", default=True)
     report: PointerProperty(type=WayfarerWalkReport)
     crowd: PointerProperty(type=WayfarerCrowdSettings)
 

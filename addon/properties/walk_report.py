@@ -1,18 +1,18 @@
 """How good the last walk is, as the panel shows it."""
 
 import bpy
-from bpy.props import CollectionProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import CollectionProperty
+
+from .definitions import FloatProperty, IntProperty, StringProperty
 
 
 class WayfarerWorstFrame(bpy.types.PropertyGroup):
     """A frame worth looking at."""
 
-    frame: IntProperty(name="Frame", description="Frame of the scene", options=set())
-    what: StringProperty(name="What", description="What is to be seen there", options=set())
-    amount: StringProperty(name="Amount", description="How much of it, with its unit", options=set())
-    severity: FloatProperty(
-        name="Severity", description="How many times that is what an onlooker begins to notice", options=set()
-    )
+    frame: IntProperty(name="Frame", description="Frame of the scene")
+    what: StringProperty(name="What", description="What is to be seen there")
+    amount: StringProperty(name="Amount", description="How much of it, with its unit")
+    severity: FloatProperty(name="Severity", description="How many times that is what an onlooker begins to notice")
 
 
 def _on_worst(report, _) -> None:
@@ -23,48 +23,40 @@ def _on_worst(report, _) -> None:
 class WayfarerWalkReport(bpy.types.PropertyGroup):
     """How good the last walk is. Kept with the scene's settings, so that undo takes it back with the walk."""
 
-    feet: StringProperty(
-        name="Feet", description="What was done about the feet, or why nothing could be done", options=set()
-    )
+    feet: StringProperty(name="Feet", description="What was done about the feet, or why nothing could be done")
     slide_before: FloatProperty(
         name="Slide Before",
         description="How fast planted feet slide before they are held, on average; below 0 if they cannot be told",
         unit="VELOCITY",
         default=-1.0,
-        options=set(),
     )
     slide_after: FloatProperty(
         name="Slide After",
         description="How fast planted feet slide in the walk as it was baked, on average",
         unit="VELOCITY",
         default=-1.0,
-        options=set(),
     )
     slide_in_clips: FloatProperty(
         name="Slide in Clips",
         description="How fast planted feet slide in the clips that the walk is made of, on average",
         unit="VELOCITY",
         default=-1.0,
-        options=set(),
     )
     gap: FloatProperty(
         name="Pose Gap",
         description="The largest angle that a joint has to make up for where a segment follows another",
         subtype="ANGLE",
-        options=set(),
     )
-    gap_joint: StringProperty(name="Joint", description="The joint with the largest pose gap", options=set())
-    gap_frame: IntProperty(name="Gap Frame", description="Where the largest pose gap is", options=set())
+    gap_joint: StringProperty(name="Joint", description="The joint with the largest pose gap")
+    gap_frame: IntProperty(name="Gap Frame", description="Where the largest pose gap is")
     edit: FloatProperty(
         name="Root Edit",
         description="How far the root was moved from where the clips lead it, in metres for each metre of the way",
-        options=set(),
     )
     turn_edit: FloatProperty(
         name="Turn Edit",
         description="How far the root was turned from where the clips lead it, for each metre of the way",
         subtype="ANGLE",
-        options=set(),
     )
     worst: CollectionProperty(type=WayfarerWorstFrame)
     active_worst: IntProperty(
@@ -72,7 +64,6 @@ class WayfarerWalkReport(bpy.types.PropertyGroup):
         description="The frame chosen in the list; choosing one shows it",
         default=-1,
         update=_on_worst,
-        options=set(),
     )
 
     @property

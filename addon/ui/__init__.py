@@ -1,34 +1,26 @@
-"""The tab "Wayfarer" in the sidebar of the 3D viewport. Draws only; computes nothing."""
+"""The tab "Wayfarer" in the sidebar of the 3D viewport, and an entry in File > Export. Draws only; computes nothing."""
 
 import bpy
 
-from . import export_menu, overlay, swatches
-from .finding_lists import WAYFARER_UL_findings
-from .lists import WAYFARER_UL_clips, WAYFARER_UL_joint_weights, WAYFARER_UL_regions
+from . import lists, overlay, swatches
 from .panels import PANELS
-from .walk_lists import WALK_LISTS
 
-_CLASSES = (
-    WAYFARER_UL_clips,
-    WAYFARER_UL_joint_weights,
-    WAYFARER_UL_regions,
-    *WALK_LISTS,
-    WAYFARER_UL_findings,
-    *PANELS,
-)
+_register, _unregister = bpy.utils.register_classes_factory((*lists.CLASSES, *PANELS))  # pyright: ignore[reportGeneralTypeIssues]
+
+
+def _draw_export(self, context) -> None:
+    self.layout.operator("wayfarer.export_engine", text="Wayfarer for Engines (folder)")
 
 
 def register():
     swatches.register()
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
+    _register()
     overlay.register()
-    export_menu.register()
+    bpy.types.TOPBAR_MT_file_export.append(_draw_export)
 
 
 def unregister():
-    export_menu.unregister()
+    bpy.types.TOPBAR_MT_file_export.remove(_draw_export)
     overlay.unregister()
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister()
     swatches.unregister()

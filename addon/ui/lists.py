@@ -1,4 +1,4 @@
-"""Lists of clips, bones and regions."""
+"""The lists of the panels."""
 
 import math
 from typing import Any
@@ -66,7 +66,7 @@ class WAYFARER_UL_clips(bpy.types.UIList):
 
 
 def clip_numbers(scene, action) -> list[str]:
-    """What the chosen columns of the list say about an action."""
+    """Return what the chosen columns of the list say about an action."""
     columns, motion = scene.wayfarer.clip_columns, motion_of(scene, action)
     numbers = []
     if "DURATION" in columns:
@@ -124,3 +124,102 @@ class WAYFARER_UL_regions(bpy.types.UIList):
             row.label(text=item.object.name, icon="MESH_PLANE", translate=False)
         rule = item.bl_rna.properties["rule"].enum_items[item.rule].name
         row.label(text=f"{rule} '{item.tag}'", translate=False)
+
+
+class WAYFARER_UL_worst_frames(bpy.types.UIList):
+    """Frames of the last walk that are worth looking at, the worst first; a click shows one."""
+
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
+        split = layout.split(factor=0.17, align=True)
+        jump = split.operator("wayfarer.jump_to_frame", text=f"{item.frame}", emboss=False, translate=False)
+        jump.worst = index
+        # Numbers are told only by all of their digits.
+        split = split.split(factor=0.54, align=True)
+        split.label(text=item.what, translate=False)
+        right = split.row(align=True)
+        right.alignment = "RIGHT"
+        right.active = item.severity >= 1.0
+        right.label(text=item.amount, translate=False)
+
+    def draw_filter(self, context, layout):
+        layout.prop(self, "filter_name", text="")
+
+    def filter_items(self, context, data, property_name):
+        wanted = self.filter_name.lower()
+        return [
+            self.bitflag_filter_item if wanted in f"{entry.frame} {entry.what}".lower() else 0
+            for entry in getattr(data, property_name)
+        ], []
+
+
+class WAYFARER_UL_clip_weights(bpy.types.UIList):
+    """The clips in use, and how much each weighs."""
+
+    def draw_item(self, context, layout, data, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
+        split = layout.split(factor=0.7)
+        if item.action is None:
+            split.label(text="Deleted Action", icon="ERROR")
+            return
+        split.label(text=item.action.name, translate=False)
+        split.prop(item, "weight", text="", emboss=False)
+
+    def filter_items(self, context, data, property_name):
+        wanted = self.filter_name.lower()
+        return [
+            self.bitflag_filter_item
+            if clip.use and clip.action is not None and wanted in clip.action.name.lower()
+            else 0
+            for clip in getattr(data, property_name)
+        ], []
+
+
+_SHARES = {
+    "ABLATION": (0.66, 1.0),
+    "ACTIONS": (0.5, 0.54),
+    "CAPTURE": (0.72, 1.0),
+    "DELETION": (0.68, 1.0),
+    "OCCUPANCY": (0.75, 1.0),
+    "WEAK_SPOTS": (0.33, 0.5),
+}
+"""By topic, shares of a row's width for the name, and of the rest for the value: a sidebar is narrow. Where the value
+takes all of it, icon and sentence say what the note says."""
+
+
+class WAYFARER_UL_findings(bpy.types.UIList):
+    """Lines with a name, a number and what to make of it."""
+
+    def draw_item(self, context, layout, data: Any, item: Any, icon, active_data, active_property, index=0, flt_flag=0):
+        name_share, value_share = _SHARES.get(data.name, (0.66, 1.0))
+        split = layout.split(factor=name_share, align=True)
+        # The unit of areas stands above the list.
+        split.label(text=item.name.removesuffix(" m²"), icon=item.icon, translate=False)
+        if not item.note or value_share == 1.0:
+            value = split.row()
+            value.alignment = "RIGHT"
+            value.label(text=item.value, translate=False)
+            return
+        rest = split.split(factor=value_share, align=True)
+        value = rest.row()
+        value.alignment = "RIGHT"
+        value.label(text=item.value, translate=False)
+        note = rest.row()
+        note.active = False
+        note.label(text=item.note, translate=False)
+
+    def filter_items(self, context, data, property_name):
+        """Filter by name or note, in the order of importance that they have."""
+        rows, wanted = getattr(data, property_name), self.filter_name.lower()
+        if not wanted:
+            return [], []
+        shown = self.bitflag_filter_item
+        return [shown if wanted in f"{row.name} {row.note}".lower() else 0 for row in rows], []
+
+
+CLASSES = (
+    WAYFARER_UL_clips,
+    WAYFARER_UL_joint_weights,
+    WAYFARER_UL_regions,
+    WAYFARER_UL_worst_frames,
+    WAYFARER_UL_clip_weights,
+    WAYFARER_UL_findings,
+)

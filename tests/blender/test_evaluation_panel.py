@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.results import findings
-from bl_ext.user_default.wayfarer.addon.ui.finding_lists import WAYFARER_UL_findings
+from bl_ext.user_default.wayfarer.addon.ui.lists import WAYFARER_UL_findings
 from bl_ext.user_default.wayfarer.core.evaluation.ablation import ablate_steps, without_steps
 from bl_ext.user_default.wayfarer.core.evaluation.action_coverage import action_coverage
 from bl_ext.user_default.wayfarer.core.evaluation.capture.candidate import candidates

@@ -13,7 +13,7 @@ from bl_ext.user_default.wayfarer.addon.operators.mixins import ground_under
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, GROUND, RULES, body_lines
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, guarded, text_width
 from bl_ext.user_default.wayfarer.addon.results import store
-from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
+from bl_ext.user_default.wayfarer.addon.ui.overlay import legend_box
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.evaluation.place import place_report
 from bl_ext.user_default.wayfarer.core.evaluation.why_not import why_not_steps

@@ -11,8 +11,7 @@ from mathutils import Matrix
 from bl_ext.user_default.wayfarer.addon.live import environment as environment_view
 from bl_ext.user_default.wayfarer.addon.render.environment_lines import BLOCKED, BODY, GROUND, RULES, body_lines
 from bl_ext.user_default.wayfarer.addon.render.screen_box import BoxTheme, draw_box
-from bl_ext.user_default.wayfarer.addon.ui.overlay.environment import draw_lines, line_batch
-from bl_ext.user_default.wayfarer.addon.ui.overlay.legend import legend_box
+from bl_ext.user_default.wayfarer.addon.ui.overlay import draw_lines, legend_box, line_batch
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
 from bl_ext.user_default.wayfarer.core.maps.legend import ColorBar, MapLegend, Swatch
 

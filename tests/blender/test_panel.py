@@ -10,7 +10,7 @@ from bl_ext.user_default.wayfarer.addon import properties
 from bl_ext.user_default.wayfarer.addon.bridge import units
 from bl_ext.user_default.wayfarer.addon.operators import CLASSES as OPERATORS
 from bl_ext.user_default.wayfarer.addon.results import store
-from bl_ext.user_default.wayfarer.addon.ui import lists, text
+from bl_ext.user_default.wayfarer.addon.ui import drawing, lists
 from bl_ext.user_default.wayfarer.addon.ui.panels import PANELS
 from bl_ext.user_default.wayfarer.core.environment.environment import EnvironmentSettings
 from bl_ext.user_default.wayfarer.core.environment.regions import RegionRule
@@ -205,7 +205,7 @@ def test_lists_draw_what_exists(sample_settings):
 @pytest.mark.parametrize("width", [40, 120, 400])
 def test_sentences_are_wrapped(width):
     sentence = "Clip 'walk' pops at frames 12-13: bones 'LeftUpLeg' and 'LeftLeg' jump; split it into frames 1-11."
-    lines = text.wrapped(sentence, width, 11)
+    lines = drawing.wrapped(sentence, width, 11)
     assert " ".join(lines) == sentence
     blf.size(0, 11)
     assert all(blf.dimensions(0, line)[0] <= width or " " not in line for line in lines)

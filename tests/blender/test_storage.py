@@ -12,7 +12,7 @@ from bl_ext.user_default.wayfarer.addon.exports import results as results_export
 from bl_ext.user_default.wayfarer.addon.render.floor import find_floor
 from bl_ext.user_default.wayfarer.addon.results import file as storage
 from bl_ext.user_default.wayfarer.addon.results import shown, staleness, store
-from bl_ext.user_default.wayfarer.addon.ui.overlay import legend
+from bl_ext.user_default.wayfarer.addon.ui import overlay
 
 from .registered import EXTENSION
 from .saved_results import sealed
@@ -147,7 +147,7 @@ def test_a_floor_of_which_nothing_is_known_does_not_look_fresh(built, tmp_path):
     reopen(save(tmp_path / "without.blend"))
     scene = bpy.context.scene
     assert find_floor(scene) is not None and shown.find_painted(scene) is None
-    assert legend.is_outdated(scene)
+    assert overlay.is_outdated(scene)
 
 
 def test_a_graph_built_anew_is_kept_beside_the_embedding(built, tmp_path):

@@ -8,8 +8,7 @@ from ...bridge.tags import tag_names
 from ...bridge.units import scene_length
 from ...results.advice import clip_advice
 from ...results.clips import contacts_of, health_of, motion_of
-from ..text import draw_wrapped
-from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
+from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, draw_wrapped, split_properties
 
 
 class WAYFARER_PT_clips(Step, bpy.types.Panel):

@@ -6,7 +6,7 @@ from ....core.wording import angle, memory, number, share, share_of, short, smal
 from ...results.advice import embedding_advice
 from ...results.staleness import embedding_changes, embedding_is_stale
 from ...results.store import lost_links, results
-from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
+from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, split_properties
 
 
 class WAYFARER_PT_embedding(Step, bpy.types.Panel):

@@ -3,7 +3,7 @@
 import bpy
 
 from ...results.advice import environment_advice
-from .step import Sidebar, Step, draw_sentences, split_properties
+from ..drawing import Sidebar, Step, draw_sentences, split_properties
 
 
 class WAYFARER_PT_environment(Step, bpy.types.Panel):

@@ -5,8 +5,17 @@ from typing import Any
 import bpy
 
 from ...results.findings import DELETION, METRICS, TOPICS, Topic, find_finding
-from .found import FindingPart, any_found, any_stale, draw_finding, draw_finding_numbers, draw_next_step
-from .step import Sidebar, Step, split_properties
+from ..drawing import (
+    FindingPart,
+    Sidebar,
+    Step,
+    any_found,
+    any_stale,
+    draw_finding,
+    draw_finding_numbers,
+    draw_next_step,
+    split_properties,
+)
 
 _PARTS = [topic for topic in TOPICS if topic.columns]
 _ICONS: dict[str, Any] = {

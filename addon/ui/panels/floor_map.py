@@ -8,9 +8,8 @@ from ...results.advice import stale_advice
 from ...results.shown import find_painted
 from ...results.staleness import map_is_stale
 from ...results.store import embedded_graph, results
+from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, draw_table, draw_wrapped, split_properties
 from ..swatches import swatch
-from ..text import draw_wrapped
-from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
 
 
 class WAYFARER_PT_map(Step, bpy.types.Panel):

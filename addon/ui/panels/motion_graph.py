@@ -5,8 +5,7 @@ import bpy
 from ....core.wording import number, of, short, time
 from ...results.staleness import graph_changes, graph_is_stale
 from ...results.store import results
-from ..text import draw_wrapped
-from .step import Sidebar, Step, draw_numbers, draw_sentences, draw_table, split_properties
+from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, draw_table, draw_wrapped, split_properties
 
 _MOST_ROWS = 8
 """Of each table; what does not fit is summed up in one row."""

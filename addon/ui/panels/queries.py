@@ -3,9 +3,7 @@
 import bpy
 
 from ...results.findings import REACH, find_finding, finding_is_stale
-from ..text import draw_wrapped
-from .found import draw_finding, draw_next_step
-from .step import Sidebar, Step, split_properties
+from ..drawing import Sidebar, Step, draw_finding, draw_next_step, draw_wrapped, split_properties
 
 _CHOICE = {"OBJECT": "object", "REGION": "region", "TAG": "tag", "CLIP": "clip"}
 """The property that names the goal, by its kind."""

@@ -4,9 +4,8 @@ import bpy
 
 from ...results.findings import PRUNING, PRUNING_CURVE, find_finding
 from ...results.store import results
+from ..drawing import Step, draw_finding_numbers, draw_next_step, draw_sentences, split_properties
 from .evaluation import topic_part
-from .found import draw_finding_numbers, draw_next_step
-from .step import Step, draw_sentences, split_properties
 
 
 class WAYFARER_PT_tuning(Step, bpy.types.Panel):

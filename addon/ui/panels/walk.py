@@ -8,8 +8,7 @@ from ...results.advice import stale_advice
 from ...results.shown import find_walk
 from ...results.staleness import walk_changes, walk_is_stale
 from ...results.store import results
-from ..text import draw_wrapped
-from .step import Sidebar, Step, draw_numbers, draw_sentences, split_properties
+from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, draw_wrapped, split_properties
 
 
 class WAYFARER_PT_walk(Step, bpy.types.Panel):
