@@ -90,7 +90,7 @@ class _Mannequin:
             across = np.array([1.0, 0.0, 0.0])
         across = across - (across @ self.up) * self.up
         if np.linalg.norm(across) < 1e-6 * max(self.height, 1e-6):
-            across = np.cross(self.up, [0.0, 1.0, 0.0])
+            across = np.cross(self.up, [0.0, 1.0, 0.0] if abs(self.up[1]) < 0.9 else [0.0, 0.0, 1.0])
         self.left = across / np.linalg.norm(across)
         self.forward = np.cross(self.left, self.up)
 
@@ -175,11 +175,10 @@ class _Mannequin:
 
     def _hand(self, hand: int, forearm: int) -> Part:
         """A flat paddle from the wrist on, thumb side forward."""
-        along = self.heads[hand] - self.heads[forearm]
-        along = along / np.linalg.norm(along)
+        # Where the wrist lies in the elbow, or the arm points ahead, another direction has to do.
+        along = _unit(self.heads[hand] - self.heads[forearm], self.left)
         wrist = self.heads[hand]
-        side = self.forward - (self.forward @ along) * along
-        side = side / np.linalg.norm(side)
+        side = _unit(self.forward - (self.forward @ along) * along, self.left - (self.left @ along) * along)
         start, tip = wrist - 0.012 * self.height * along, wrist + 0.095 * self.height * along
         thin = np.cross(along, side)
         return slab(
@@ -218,6 +217,12 @@ class _Mannequin:
             found.append(joint)
             joint = int(self.parents[joint])
         return found[::-1]
+
+
+def _unit(vector: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """The direction of a (3,) vector, or of another where it is as good as none."""
+    length = np.linalg.norm(vector)
+    return vector / length if length > 1e-6 else otherwise / np.linalg.norm(otherwise)
 
 
 def remove_body(body) -> None:

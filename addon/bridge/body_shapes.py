@@ -57,7 +57,7 @@ def capsule(bone: str, start, end, first: float, last: float, material: int) -> 
     """A tapered rod with round ends, from radius ``first`` at ``start`` to ``last`` at ``end``."""
     axis = end - start
     length = max(np.linalg.norm(axis), 1e-6)
-    axis = axis / length
+    axis = axis / length if np.linalg.norm(axis) > 1e-9 else np.array([0.0, 0.0, 1.0])
     # The ends' rounding reaches half a radius beyond the joint, so that a bent knee stays closed.
     places = np.concatenate(
         [
@@ -102,7 +102,7 @@ def slab(bone, start, end, side, up, half_widths, thicknesses, scale, material, 
 def trunk(bones: Sequence[str], stations: np.ndarray, left, up, height: float, material: int) -> Part:
     """A tube through ``stations`` (n + 1, 3), whose n stretches follow n bones and bend into each other."""
     steps = np.linalg.norm(np.diff(stations, axis=0), axis=1)
-    knots = np.concatenate([[0], np.cumsum(steps)]) / steps.sum()
+    knots = np.concatenate([[0], np.cumsum(steps)]) / max(steps.sum(), 1e-9)
     fine = np.unique(np.concatenate([_TRUNK_PROFILE[:, 0], np.linspace(0.04, 0.96, 18)]))
     centres = np.column_stack([np.interp(fine, knots, stations[:, k]) for k in range(3)])
     widths = height * _smooth(fine, _TRUNK_PROFILE[:, 0], _TRUNK_PROFILE[:, 1])
