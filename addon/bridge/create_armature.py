@@ -9,8 +9,8 @@ from ...core.motion import quat
 from ...core.motion.skeleton import Skeleton
 from .rig import FORWARD_PROPERTY
 
-_SHORTEST = 0.01
-"""Bone length in metres below which a given tail is ignored: Blender deletes bones without length."""
+_SHORTEST = 0.005
+"""Part of the stature below which a tail is too near to be a bone's: Blender deletes bones without length."""
 
 
 def create_armature(skeleton: Skeleton, tails: Mapping[str, np.ndarray], name: str, collection):
@@ -60,17 +60,18 @@ def _tails(skeleton: Skeleton, heads: np.ndarray, given: Mapping[str, np.ndarray
     """(J, 3) the tail of each bone."""
     parents = np.asarray(skeleton.parents)
     tails = np.empty_like(heads)
+    shortest = _SHORTEST * skeleton.stature
     for joint, name in enumerate(skeleton.names):
         came_from = heads[joint] - heads[parents[joint]] if parents[joint] >= 0 else np.array([0.0, 0.0, 1.0])
         children = heads[parents == joint] - heads[joint]
         lengths = np.linalg.norm(children, axis=1)
-        children, lengths = children[lengths > _SHORTEST], lengths[lengths > _SHORTEST]
-        if name in given and np.linalg.norm(given[name] - heads[joint]) > _SHORTEST:
+        children, lengths = children[lengths > shortest], lengths[lengths > shortest]
+        if name in given and np.linalg.norm(given[name] - heads[joint]) > shortest:
             tails[joint] = given[name]
         elif len(children):
             tails[joint] = heads[joint] + children[np.argmax(children @ came_from / lengths)]
-        elif np.linalg.norm(came_from) > _SHORTEST:
+        elif np.linalg.norm(came_from) > shortest:
             tails[joint] = heads[joint] + came_from / 2
         else:
-            tails[joint] = heads[joint] + [0.0, 0.0, 0.05]
+            tails[joint] = heads[joint] + [0.0, 0.0, 5 * shortest]
     return tails

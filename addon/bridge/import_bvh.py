@@ -1,21 +1,30 @@
-"""A folder of BVH files as actions of one armature, by Blender's own importer."""
+"""BVH files as actions of one armature."""
 
-import contextlib
-import io
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import addon_utils
 import bpy
+import numpy as np
 
 from ...core.errors import ClipError
-from ...core.progress import Progress, finish
-from .bvh_file import check_bvh, guess_bvh_scale, without_mark
-from .read_actions import FRAME_RATE_PROPERTY, read_clip
+from ...core.motion import quat
+from ...core.motion.bvh.character import BvhCharacter, understand_bvh
+from ...core.motion.bvh.clip import Fit, bvh_clip_steps, fit_character
+from ...core.motion.bvh.file import BvhFile
+from ...core.motion.bvh.reader import load_bvh_steps
+from ...core.motion.clip import MotionClip
+from ...core.motion.skeleton import Skeleton
+from ...core.progress import Progress, finish, portion
+from .create_armature import create_armature
+from .read_actions import FRAME_RATE_PROPERTY
+from .rig import FORWARD_PROPERTY, read_matrices
+from .rotation_modes import channels_from_quaternions, rotation_property
+from .write_action import STILL, new_action, write_bone
 
-_IMPORTER = "io_anim_bvh"
 _COLLECTIONS = ("objects", "armatures", "meshes", "materials", "collections", "actions")
+_READING = 0.3  # of the whole work
 
 
 @dataclass(frozen=True)
@@ -31,20 +40,36 @@ class Before:
     selected: frozenset[int]
 
 
-def import_bvh_folder(folder, scale: float | None = None) -> tuple:
+@dataclass(frozen=True)
+class BvhImport:
+    """What came of an import.
+
+    ``problems`` are (file name, reason) of the files that were left out, ``remarks`` sentences on how the others were
+    understood.
+    """
+
+    armature: bpy.types.Object
+    actions: list[bpy.types.Action]
+    problems: list[tuple[str, str]]
+    remarks: list[str]
+
+
+def import_bvh_folder(folder, scale: float | None = None, up: str = "") -> tuple:
     """Import every BVH file of a folder, in the order of their names, onto one armature.
 
     Returns (armature object, actions, problems): actions are named after their files and keep every frame of
     theirs, from frame 1, one frame apart; their own rate is in the custom property ``wayfarer_frame_rate``,
     which :func:`read_clip` honours. Problems are (file name, reason) of those that were left out: damaged
-    files, and those whose bones are not the ones of the first.
+    files, and those whose bones are not the ones of the first. Files whose bones have the same names, but another rest
+    pose or size, are carried over to the skeleton of the first.
 
-    ``scale`` is the length of a file's unit in metres; by default it is guessed (:func:`guess_bvh_scale`)
-    from the first file that can be read, for all. The scene's rate and frame range stay as they are.
+    ``scale`` is the length of a file's unit in metres, ``up`` the axis that points up in the files, a key of
+    ``TO_Z_UP``; by default both are found from the motion (:func:`understand_bvh`). The scene's rate and frame range
+    stay as they are.
 
     Raises ClipError if the folder has no BVH file, or none that can be used.
     """
-    return import_bvh_files(bvh_files(folder), scale)
+    return import_bvh_files(bvh_files(folder), scale, up)
 
 
 def bvh_files(folder) -> list[Path]:
@@ -56,57 +81,135 @@ def bvh_files(folder) -> list[Path]:
     return paths
 
 
-def import_bvh_files(paths, scale: float | None = None) -> tuple:
+def import_bvh_files(paths, scale: float | None = None, up: str = "") -> tuple:
     """Like :func:`import_bvh_folder`, for these files."""
-    return finish(import_bvh_files_steps(paths, scale))
+    made = finish(import_bvh_files_steps(paths, scale, up))
+    return made.armature, made.actions, made.problems
 
 
-def import_bvh_files_steps(paths, scale: float | None = None) -> Generator[Progress, None, tuple]:
+def import_bvh_files_steps(paths, scale: float | None = None, up: str = "") -> Generator[Progress, None, BvhImport]:
     """As :func:`import_bvh_files`, as a generator that yields progress; nothing stays behind if it is closed early."""
-    if not addon_utils.check(_IMPORTER)[1]:
-        addon_utils.enable(_IMPORTER)
     active = bpy.context.view_layer.objects.active
     if active is not None and active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     before = what_is_there()
     complete = False
     try:
+        files, problems = yield from portion(_read_steps(list(map(Path, paths))), 0.0, _READING)
+        characters = understand_bvh(files, scale, up) if files else []
         # By session id: no reference to Blender's data is held while other things happen.
-        armature_uid, action_uids, problems = None, [], []
-        for done, path in enumerate(map(Path, paths)):
-            yield Progress(done / len(paths), f"Importing {path.name}")
+        armature_uid, action_uids, fits = None, [], {}
+        for done, (file, character) in enumerate(zip(files, characters, strict=True)):
+            start = _READING + (1 - _READING) * done / len(files)
+            yield Progress(start, f"Importing {file.name}")
             try:
-                scale = scale or guess_bvh_scale(path)
-                imported, action = _import_file(path, scale)
+                if id(character) not in fits:
+                    fits[id(character)] = _fit(characters[0], character, Path(files[0].name).stem)
+                work = bvh_clip_steps(file, character, characters[0], fits[id(character)])
+                clip = yield from portion(work, start, start)
             except ClipError as error:
-                problems.append((path.name, str(error)))
+                problems.append((file.name, str(error)))
                 continue
             if armature_uid is None:
-                armature_object, armature_uid = imported, imported.session_uid
-            else:
-                armature_object = _known("objects", armature_uid)
-                difference = _bone_difference(armature_object, imported)
-                _remove(imported, None if not difference else action)
-                if difference:
-                    problems.append((path.name, difference))
-                    continue
-            # One name, so that Blender finds the slot when the actions are switched; 4.5 names it after the file.
-            action.slots[0].name_display = armature_object.name
-            action_uids.append(action.session_uid)
+                armature_uid = _new_armature(clip.name, files[0], characters[0]).session_uid
+            work = _write_steps(armature_uid, clip)
+            action_uids.append((yield from portion(work, start, start + (1 - _READING) / len(files))))
         if armature_uid is None:
             reasons = " ".join(reason for _, reason in problems)
             raise ClipError(f"None of the BVH files can be used. {reasons}")
         armature_object = _known("objects", armature_uid)
         actions = [_known("actions", uid) for uid in action_uids]
-        armature_object.animation_data.action = None
-        animation = armature_object.animation_data
+        animation = armature_object.animation_data_create()
         animation.action = actions[0]
         animation.action_slot = actions[0].slots[0]
         complete = True
-        return armature_object, actions, problems
+        return BvhImport(armature_object, actions, problems, _remarks(files, characters, fits))
     finally:
         if not complete:
             restore(before)
+
+
+def _read_steps(paths: Sequence[Path]) -> Generator[Progress, None, tuple[list[BvhFile], list[tuple[str, str]]]]:
+    files, problems = [], []
+    for done, path in enumerate(paths):
+        try:
+            files.append((yield from portion(load_bvh_steps(path), done / len(paths), (done + 1) / len(paths))))
+        except ClipError as error:
+            problems.append((path.name, str(error)))
+    return files, problems
+
+
+def _fit(own: BvhCharacter, other: BvhCharacter, name: str) -> Fit:
+    try:
+        return fit_character(own, other)
+    except ClipError as error:
+        raise ClipError(f"Its skeleton is not that of '{name}': {error} Import it from a folder of its own.") from None
+
+
+def _remarks(files: Sequence[BvhFile], characters: Sequence[BvhCharacter], fits: dict[int, Fit]) -> list[str]:
+    """Sentences on how the files were understood, and on those that are unlike the first."""
+    remarks = [f"{characters[0].describe()}; if it is not, import again with another Up or Scale."]
+    unlike: dict[str, list[str]] = {}
+    for file, character in zip(files, characters, strict=True):
+        fit = fits.get(id(character))
+        if fit is not None and not fit.is_same:
+            unlike.setdefault(f"{fit.reason} ({character.describe()})", []).append(f"'{file.name}'")
+    for reason, names in unlike.items():
+        named = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        verb = "has" if len(names) == 1 else "have"
+        remarks.append(f"{named} {verb} {reason}: carried over to the skeleton of '{files[0].name}'.")
+    return remarks + [remark for file in files for remark in file.remarks]
+
+
+def _new_armature(name: str, file: BvhFile, character: BvhCharacter) -> bpy.types.Object:
+    """The armature of a file at rest, its bones turning in the order of the file's channels."""
+    armature_object: Any = create_armature(character.skeleton, character.tails, name, bpy.context.scene.collection)
+    # Where it faces is found like that of any other rig.
+    del armature_object[FORWARD_PROPERTY]
+    for joint, joint_name in enumerate(file.names):
+        order = file.order(joint)
+        mode = order if len(set(order)) == 3 else "XYZ"
+        armature_object.pose.bones[joint_name].rotation_mode = mode
+    return armature_object
+
+
+def _write_steps(armature_uid: int, clip: MotionClip) -> Generator[Progress, None, int]:
+    """Write a clip as an action with every frame of it, from frame 1; return the action's session id."""
+    skeleton = clip.skeleton
+    before, after = _basis_turns(_known("objects", armature_uid), skeleton)
+    action_uid = 0
+    for joint, name in enumerate(skeleton.names):
+        armature_object = _known("objects", armature_uid)
+        mode = armature_object.pose.bones[name].rotation_mode
+        turns = quat.multiply(before[joint], clip.rotations[:, joint], after[joint])
+        channels = {rotation_property(mode): channels_from_quaternions(mode, turns)}
+        away = clip.translations[:, joint] - skeleton.rest_translations[joint]
+        if joint == 0 or np.abs(away).max() > STILL:
+            channels["location"] = quat.rotate(before[joint], away)
+        if action_uid == 0:
+            action = new_action(armature_object, clip.name)
+            action.use_fake_user = True
+            action[FRAME_RATE_PROPERTY] = clip.frame_rate
+            action_uid = action.session_uid
+        action = _known("actions", action_uid)
+        write_bone(action, name, channels)
+        yield Progress((joint + 1) / skeleton.n_joints, f"Importing {clip.name}")
+    return action_uid
+
+
+def _basis_turns(armature_object, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+    """(J, 4) before and after: the turn of a bone's channels is before * local rotation of its joint * after.
+
+    With rest rotations in the world R of joints and B of their bones, and p for a joint's parent, these are
+    B^-1 R_p and R^-1 B; before also brings a joint's translation to the bone's axes.
+    """
+    bones = armature_object.data.bones
+    place = {bone.name: index for index, bone in enumerate(bones)}
+    rests = quat.from_matrix(read_matrices(bones, "matrix_local")[:, :3, :3])
+    of_bones = rests[[place[name] for name in skeleton.names]]
+    of_joints = skeleton.rest_world[0]
+    above = np.where((skeleton.parents >= 0)[:, None], of_joints[skeleton.parents], quat.IDENTITY)
+    return quat.multiply(quat.inverse(of_bones), above), quat.multiply(quat.inverse(of_joints), of_bones)
 
 
 def what_is_there() -> Before:
@@ -121,7 +224,14 @@ def what_is_there() -> Before:
 
 def restore(before: Before) -> None:
     """Delete everything that has come since, and select what was selected."""
-    _delete_later_than(before)
+    active = bpy.context.view_layer.objects.active
+    if active is not None and active.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    for name in _COLLECTIONS:
+        collection = getattr(bpy.data, name)
+        for datablock in [datablock for datablock in collection if datablock.session_uid not in before.blocks[name]]:
+            collection.remove(datablock)
+    bpy.context.view_layer.update()
     objects = bpy.context.view_layer.objects
     for obj in objects:
         obj.select_set(obj.session_uid in before.selected)
@@ -130,77 +240,3 @@ def restore(before: Before) -> None:
 
 def _known(collection: str, uid: int):
     return next(block for block in getattr(bpy.data, collection) if block.session_uid == uid)
-
-
-def _import_file(path: Path, scale: float):
-    """The armature object and the action of one file; ClipError, and nothing left behind, if it is damaged."""
-    frame_rate = check_bvh(path)
-    before = what_is_there()
-    try:
-        # The importer tells its progress on stdout, Blender the importer's errors on stderr.
-        silence = contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO())
-        with without_mark(path) as readable, silence[0], silence[1]:
-            bpy.ops.import_anim.bvh(
-                filepath=str(readable),
-                axis_forward="-Z",
-                axis_up="Y",
-                global_scale=scale,
-                rotate_mode="NATIVE",
-                frame_start=1,
-                use_fps_scale=False,
-                update_scene_fps=False,
-                update_scene_duration=False,
-            )
-        imported = bpy.context.view_layer.objects.active
-        if imported is None or imported.session_uid in before.blocks["objects"]:
-            raise ClipError(f"'{path.name}' holds no skeleton; it is not a BVH file or is damaged.")
-        action = imported.animation_data.action
-        imported.name = imported.data.name = action.name = path.stem
-        action[FRAME_RATE_PROPERTY] = frame_rate
-        read_clip(imported, action)  # so that what cannot be read is found now
-    except ClipError:
-        _delete_later_than(before)
-        raise
-    except RuntimeError as error:  # whatever the importer stumbled over
-        _delete_later_than(before)
-        raise ClipError(f"'{path.name}' is damaged, Blender's importer reports: {_reason(error)}.") from None
-    action.use_fake_user = True
-    return imported, action
-
-
-def _reason(error) -> str:
-    """The exception's line of a traceback."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Location:")]
-    return lines[-1].rstrip(".") if lines else "no reason"
-
-
-def _bone_difference(armature_object, other) -> str:
-    """Why clips of the two cannot be mixed, or nothing."""
-    own = {bone.name: bone.parent.name if bone.parent else "" for bone in armature_object.data.bones}
-    others = {bone.name: bone.parent.name if bone.parent else "" for bone in other.data.bones}
-    if own == others:
-        return ""
-    strange = sorted(set(own.items()) ^ set(others.items()))[0][0]
-    return (
-        f"Its skeleton is not that of '{armature_object.name}': they differ in bone '{strange}'. "
-        "Import it from a folder of its own."
-    )
-
-
-def _remove(armature_object, action) -> None:
-    """Delete an imported armature with its data, and its action if given."""
-    armature = armature_object.data
-    bpy.data.objects.remove(armature_object)
-    bpy.data.armatures.remove(armature)
-    if action is not None:
-        bpy.data.actions.remove(action)
-
-
-def _delete_later_than(before: Before) -> None:
-    active = bpy.context.view_layer.objects.active
-    if active is not None and active.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
-    for name in _COLLECTIONS:
-        collection = getattr(bpy.data, name)
-        for datablock in [datablock for datablock in collection if datablock.session_uid not in before.blocks[name]]:
-            collection.remove(datablock)

@@ -1,6 +1,6 @@
 """Baking a motion clip into a new action."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -21,7 +21,7 @@ _STASH = "[Action Stash]"
 """Blender's own name for tracks that keep an action that would otherwise be lost."""
 
 _LINEAR = 1  # value of Keyframe.interpolation in foreach_set
-_STILL = 1e-5  # metres: a joint that keeps to its rest position this closely needs no location keys
+STILL = 1e-5  # metres: a joint that keeps to its rest position this closely needs no location keys
 
 
 def write_clip(
@@ -84,22 +84,45 @@ def write_channels(armature_object, name: str, channels, of_object, first_frame:
 
     ``channels`` maps (bone name, property), ``of_object`` a property of the object itself, to (F, C) values.
     """
+    action = new_action(armature_object, name)
+    bones: dict[str, dict[str, np.ndarray]] = {}
+    for (bone, name_of_property), values in channels.items():
+        bones.setdefault(bone, {})[name_of_property] = values
+    for bone, of_bone in bones.items():
+        write_bone(action, bone, of_bone, first_frame)
+    _write_curves(_channelbag(action), "", of_object, first_frame)
+    return action
+
+
+def new_action(armature_object, name: str) -> bpy.types.Action:
+    """An empty action, with one slot for ``armature_object``."""
     action = bpy.data.actions.new(name)
     slot = action.slots.new(id_type="OBJECT", name=armature_object.name)
-    strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
-    channelbag = strip.channelbag(slot, ensure=True)
-    groups = {bone: channelbag.groups.new(bone) for bone in dict.fromkeys(bone for bone, _ in channels)}
-    for (bone, name_of_property), values in channels.items():
-        path = f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{name_of_property}'
-        for component, curve_values in enumerate(values.T):
-            curve = channelbag.fcurves.new(path, index=component)
-            curve.group = groups[bone]
-            write_linear_keys(curve, first_frame + np.arange(len(values)), curve_values)
-    for name_of_property, values in of_object.items():
-        for component, curve_values in enumerate(values.T):
-            curve = channelbag.fcurves.new(name_of_property, index=component)
-            write_linear_keys(curve, first_frame + np.arange(len(values)), curve_values)
+    action.layers.new("Layer").strips.new(type="KEYFRAME").channelbag(slot, ensure=True)
     return action
+
+
+def write_bone(action, bone: str, channels: Mapping[str, np.ndarray], first_frame: int = 1) -> None:
+    """Give a :func:`new_action` linear keys of one bone: property -> (F, C) values, one key a frame."""
+    channelbag = _channelbag(action)
+    group = channelbag.groups.new(bone)
+    path = f'pose.bones["{bpy.utils.escape_identifier(bone)}"].'
+    for curve in _write_curves(channelbag, path, channels, first_frame):
+        curve.group = group
+
+
+def _channelbag(action):
+    return action.layers[0].strips[0].channelbag(action.slots[0])
+
+
+def _write_curves(channelbag, owner: str, channels: Mapping[str, np.ndarray], first_frame: int) -> list:
+    curves = []
+    for name_of_property, values in channels.items():
+        for component, curve_values in enumerate(values.T):
+            curve = channelbag.fcurves.new(owner + name_of_property, index=component)
+            write_linear_keys(curve, first_frame + np.arange(len(values)), curve_values)
+            curves.append(curve)
+    return curves
 
 
 def animated_bones(armature_object, actions: Iterable) -> set[str]:
@@ -238,7 +261,7 @@ def bone_channels(
         else:
             # Relative to the rest position, so that a character of other proportions keeps its own.
             away = clip.translations[:, joint] - clip.skeleton.rest_translations[joint]
-            if np.abs(away).max() > _STILL:
+            if np.abs(away).max() > STILL:
                 offset = quat.rotate(to_armature, quat.rotate(world_rotations[:, clip_parent], away)) / scale
         if offset is not None and not binding.connected[bone]:
             if keyed:

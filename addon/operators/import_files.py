@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
+from ...core.motion.bvh.character import TO_Z_UP
 from ...core.progress import Progress, portion
 from ...core.wording import counted
 from ..bridge.action_curves import action_curves
@@ -32,11 +33,20 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
     filter_glob: StringProperty(default="*.bvh", options={"HIDDEN"})
     scale: FloatProperty(
         name="Scale",
-        description="Metres per unit of the files; 0 guesses it from the size of the character",
+        description="Metres per unit of the files; 0 finds it from the size of the character",
         default=0.0,
         min=0.0,
         soft_max=1.0,
         precision=4,
+    )
+    up_axis: EnumProperty(
+        name="Up",
+        description="The axis that points up in the files",
+        items=(
+            ("AUTO", "From the Motion", "Find it from the motion: the head is above the feet"),
+            *((axis, axis, f"{axis} is up in the files") for axis in TO_Z_UP),
+        ),
+        default="AUTO",
     )
     jump_tag: StringProperty(
         name="Tag Jumps As",
@@ -67,16 +77,16 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
         paths = chosen or bvh_files(folder)
         before, complete = what_is_there(), False
         try:
-            armature, actions, problems = yield from portion(
-                import_bvh_files_steps(paths, self.scale or None), 0.0, 0.8
-            )
-            uid, uids = armature.session_uid, {action.session_uid for action in actions}
+            up = "" if self.up_axis == "AUTO" else self.up_axis
+            made = yield from portion(import_bvh_files_steps(paths, self.scale or None, up), 0.0, 0.8)
+            uid, uids = made.armature.session_uid, {action.session_uid for action in made.actions}
+            problems, remarks = made.problems, made.remarks
             tags, unknown = yield from portion(self._jump_steps(uid, uids), 0.8, 1.0)
             complete = True
         finally:
             if not complete:
                 restore(before)
-        return before, uid, uids, problems, tags, unknown
+        return before, uid, uids, problems, remarks, tags, unknown
 
     def apply(self, context, result):
         before, *imported = result
@@ -86,7 +96,7 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             restore(before)
             raise
 
-    def _add(self, context, uid: int, uids: set[int], problems, tags, unknown: str) -> None:
+    def _add(self, context, uid: int, uids: set[int], problems, remarks, tags, unknown: str) -> None:
         armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
         actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
         for action_uid, (masks, first_frame) in tags.items():
@@ -102,6 +112,8 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
         settings.refresh_clips()
         for name, reason in problems:
             self.report({"WARNING"}, f"Left out '{name}': {reason}")
+        for remark in remarks:
+            self.report({"INFO"}, remark)
         if unknown:
             self.report({"WARNING"}, f"No jumps were tagged: {unknown}")
         if bodiless:

@@ -1,20 +1,25 @@
-"""Motion capture files through Blender's importer."""
+"""Motion capture files as actions of one armature."""
 
 import os
 import shutil
 from pathlib import Path
 
+import addon_utils
 import bpy
 import numpy as np
 import pytest
 
-from bl_ext.user_default.wayfarer.addon.bridge.bvh_file import guess_bvh_scale
-from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_folder
+from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import import_bvh_files_steps, import_bvh_folder
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, read_clips
 from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
 from bl_ext.user_default.wayfarer.core.errors import ClipError
+from bl_ext.user_default.wayfarer.core.motion.bvh.character import understand_bvh
+from bl_ext.user_default.wayfarer.core.motion.bvh.reader import load_bvh_steps
+from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_repertoire
+from bl_ext.user_default.wayfarer.core.progress import finish
 from tests.core.bvh import read_bvh
+from tests.core.bvh_writer import bvh_text
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("WAYFARER_DATA", ROOT.parent / "shared" / "data")) / "cmu16"
@@ -60,6 +65,11 @@ def bvh(n_frames=10, frame_time=0.05, seed=0, joints=JOINTS, announced=None):
     values = np.random.default_rng(seed).uniform(-60, 60, (n_frames, 15))
     lines = "\n".join(" ".join(f"{value:.4f}" for value in row) for row in values)
     return f"{joints}MOTION\nFrames: {announced or n_frames}\nFrame Time: {frame_time}\n{lines}\n"
+
+
+def found_unit(path):
+    [character] = understand_bvh([finish(load_bvh_steps(path))])
+    return character.unit
 
 
 def datablocks():
@@ -122,7 +132,7 @@ def test_a_recorded_walk_survives_the_round_trip(cmu):
 @needs_data
 def test_scale_of_the_recordings():
     for name in ("16_16", "16_09"):
-        assert guess_bvh_scale(DATA / f"{name}.bvh") == 0.056444
+        assert found_unit(DATA / f"{name}.bvh") == 0.056444
 
 
 @pytest.mark.parametrize(
@@ -136,13 +146,13 @@ def test_guessed_scale(tmp_path, unit, scale):
     )
     path = tmp_path / "figure.bvh"
     path.write_text(bvh(joints=joints + "\n"))
-    assert guess_bvh_scale(path) == scale
+    assert found_unit(path) == scale
 
 
 def test_scale_of_strange_units(tmp_path):
     path = tmp_path / "figure.bvh"
     path.write_text(bvh(joints=JOINTS.replace("-80 5", "-200080 5")))
-    assert guess_bvh_scale(path) == pytest.approx(1.7 / (200090 + 80), rel=1e-6)
+    assert found_unit(path) == pytest.approx(1.7 / (200090 + 80), rel=1e-6)
 
 
 def test_files_of_different_rates(tmp_path):
@@ -267,3 +277,120 @@ def test_axes_and_forward(tmp_path):
     heads = {bone.name: np.array(armature.matrix_world @ bone.head_local) for bone in armature.data.bones}
     np.testing.assert_allclose(heads["Head"] - heads["Hips"], [0, 0, 0.6], atol=1e-6)
     np.testing.assert_allclose(heads["LeftUpLeg"] - heads["Hips"], [0.1, 0, -0.1], atol=1e-6)
+
+
+def by_blenders_importer(path, scale):
+    """What Blender's own importer makes of a file."""
+    addon_utils.enable("io_anim_bvh")
+    bpy.ops.import_anim.bvh(filepath=str(path), axis_forward="-Z", axis_up="Y", global_scale=scale)
+    armature = bpy.context.view_layer.objects.active
+    return armature, armature.animation_data.action
+
+
+def assert_same_as_blenders(path, scale):
+    armature, [action], problems = import_bvh_folder(path.parent)
+    assert problems == []
+    clip, modes = read_clip(armature, action), [bone.rotation_mode for bone in armature.pose.bones]
+    other, other_action = by_blenders_importer(path, scale)
+    expected = read_clip(other, other_action, frame_rate=clip.frame_rate)
+    assert clip.skeleton.is_like(expected.skeleton) and clip.n_frames == expected.n_frames
+    assert clip.first_frame == expected.first_frame == 1
+    assert modes == [bone.rotation_mode for bone in other.pose.bones]
+    np.testing.assert_allclose(clip.world[1], expected.world[1], atol=1e-4)
+    np.testing.assert_allclose(clip.ground_path, expected.ground_path, atol=1e-4)
+
+
+@needs_data
+@pytest.mark.parametrize("name", ["16_09", "16_16", "16_19"])
+def test_recordings_as_blenders_importer_has_them(cmu, name):
+    assert_same_as_blenders(cmu(name) / f"{name}.bvh", 0.056444)
+
+
+@pytest.mark.parametrize("order", ["ZXY", "XYZ", "YXZ"])
+def test_the_sample_as_blenders_importer_has_it(tmp_path, order):
+    path = tmp_path / "walk.bvh"
+    path.write_text(bvh_text(sample("walk"), order=order))
+    assert_same_as_blenders(path, 0.01)
+
+
+def sample(name):
+    return next(clip for clip in sample_repertoire(30) if clip.name == name)
+
+
+MANNERS = {
+    "Z up": {"up": "Z"},
+    "Y down": {"up": "-Y"},
+    "inches": {"unit": 0.0254},
+    "metres, Z up, folded": {"up": "Z", "unit": 1.0, "folded": "up"},
+    "folded": {"folded": "left", "order": "ZYX"},
+    "places on all joints": {"all_positions": True},
+    "a root that stays": {"extra_root": "root"},
+}
+
+
+@pytest.mark.parametrize("manner", MANNERS)
+def test_manners_of_programs(tmp_path, manner):
+    """The motion is in its place, whatever the axes, the unit and the rest pose; and so is the body."""
+    expected = sample("walk")
+    (tmp_path / "walk.bvh").write_text(bvh_text(expected, **MANNERS[manner]))
+    assert bpy.ops.wayfarer.import_bvh(directory=str(tmp_path)) == {"FINISHED"}
+    armature = bpy.context.scene.wayfarer.character
+    clip = read_clip(armature, bpy.data.actions["walk"])
+    joints = [clip.skeleton.index(name) for name in expected.skeleton.names]
+    np.testing.assert_allclose(clip.world[1][:, joints], expected.world[1], atol=2e-4)
+    heads = {bone.name: np.array(bone.head_local) for bone in armature.data.bones}
+    assert heads["Head"][2] > 1.3 and abs(heads["Hips"][0]) + abs(heads["Hips"][1]) < 1e-5
+    [body] = armature.children
+    points = np.array([vertex.co[:] for vertex in body.data.vertices])
+    assert np.isfinite(points).all() and points[:, 2].max() > 1.5 and points[:, 2].min() > -0.15
+
+
+def test_blenders_own_export(tmp_path):
+    bpy.ops.wayfarer.add_sample_character()
+    armature = bpy.context.scene.wayfarer.character
+    expected = read_clip(armature, bpy.data.actions["walk"])
+    armature.animation_data.action = bpy.data.actions["walk"]
+    addon_utils.enable("io_anim_bvh")
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.export_anim.bvh(filepath=str(tmp_path / "walk.bvh"), frame_start=1, frame_end=expected.n_frames)
+    bpy.data.batch_remove(list(bpy.data.actions))
+    armature, [action], _ = import_bvh_folder(tmp_path)
+    clip = read_clip(armature, action)
+    joints = [clip.skeleton.index(name) for name in expected.skeleton.names]
+    np.testing.assert_allclose(clip.world[1][:, joints], expected.world[1], atol=1e-3)
+
+
+def test_several_rest_poses_in_a_folder_and_what_is_said(tmp_path, capfd):
+    for name, manner in (("walk", {}), ("turn_left_90", {"folded": "up"}), ("arc_left", {"up": "Z", "unit": 1.0})):
+        (tmp_path / f"{'b' if manner else 'a'}_{name}.bvh").write_text(bvh_text(sample(name), **manner))
+    assert bpy.ops.wayfarer.import_bvh(directory=str(tmp_path)) == {"FINISHED"}
+    said = capfd.readouterr().out
+    assert "Y is up, lengths are in centimetres, and the character is 1.55 m tall" in said
+    assert "'b_turn_left_90.bvh' has another rest pose" in said and "skeleton of 'a_walk.bvh'" in said
+    for action in bpy.data.actions:
+        clip, expected = read_clip(bpy.context.scene.wayfarer.character, action), sample(action.name[2:])
+        joints = [clip.skeleton.index(name) for name in expected.skeleton.names]
+        np.testing.assert_allclose(clip.world[1][:, joints], expected.world[1], atol=2e-3)
+
+
+def test_axis_and_scale_that_are_set(tmp_path):
+    (tmp_path / "walk.bvh").write_text(bvh_text(sample("walk")))
+    assert bpy.ops.wayfarer.import_bvh(directory=str(tmp_path), scale=0.02, up_axis="Z") == {"FINISHED"}
+    clip = read_clip(bpy.context.scene.wayfarer.character, bpy.data.actions["walk"])
+    ahead = clip.world[1][0, clip.skeleton.index("Head")] - clip.world[1][0, 0]
+    assert ahead[1] == pytest.approx(2 * 0.62, abs=0.1)
+
+
+def test_an_import_is_cancelled_at_any_step(tmp_path):
+    for name in ("walk", "turn_left_90"):
+        (tmp_path / f"{name}.bvh").write_text(bvh_text(sample(name)))
+    n_steps = sum(1 for _ in import_bvh_files_steps(sorted(tmp_path.iterdir())))
+    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.armatures, *bpy.data.actions])
+    bpy.context.view_layer.update()
+    assert n_steps > 40
+    for stop in range(1, n_steps, 7):
+        work = import_bvh_files_steps(sorted(tmp_path.iterdir()))
+        fractions = [next(work).fraction for _ in range(stop)]
+        assert fractions == sorted(fractions)
+        work.close()
+        assert sum(datablocks().values()) == 0

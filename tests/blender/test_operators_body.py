@@ -1,6 +1,7 @@
 """The body that makes an armature visible."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -169,3 +170,22 @@ def test_a_body_for_motion_capture():
     for bone in ("Hips", "Spine", "LeftArm", "RightForeArm", "LeftUpLeg", "RightLeg", "LeftFoot", "Head"):
         assert weights[bone].max() > 0.9
     assert volume(body) > 0.03
+
+
+@pytest.mark.parametrize("lying", [False, True])
+@pytest.mark.parametrize("along", ["+x", "-x", "+y", "-y", "+z", "-z", "nowhere"])
+def test_a_body_of_folded_bones_is_finite(along, lying):
+    """Every bone along one axis, as programs write that keep the axes of joints; or all at one place."""
+    skeleton = sample_skeleton()
+    lengths = np.linalg.norm(skeleton.rest_translations, axis=1)
+    direction = np.zeros(3)
+    if along != "nowhere":
+        direction["xyz".index(along[1])] = float(f"{along[0]}1")
+    rest = np.tile([1.0, 0, 0, 0], (skeleton.n_joints, 1))
+    folded = replace(skeleton, rest_rotations=rest, rest_translations=lengths[:, None] * direction)
+    armature = create_armature(folded, {}, "Folded", bpy.context.scene.collection)
+    del armature["wayfarer_forward"]
+    armature.rotation_euler.x = np.pi / 2 * lying
+    bpy.context.view_layer.update()
+    body = add_body(armature)
+    assert body is None or np.isfinite(coordinates(body)).all()
