@@ -80,7 +80,7 @@ WHEEL_TAGS = {
 
 
 class Trouble(Exception):
-    """What stops a command, as a sentence for the person at the keyboard."""
+    """An error that stops a command, as a sentence for the person at the keyboard."""
 
 
 def main(arguments):

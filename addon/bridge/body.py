@@ -198,7 +198,7 @@ class _Mannequin:
         ]
 
     def _end(self, joint: int) -> np.ndarray:
-        """Where a bone ends: at the joint that carries on its chain, or at its tail."""
+        """Return the place where a bone ends: at the joint that carries on its chain, or at its tail."""
         children = [
             child
             for child in np.flatnonzero(self.parents == joint)

@@ -1,4 +1,4 @@
-"""What carries a character through the world in its own actions, and what stays behind."""
+"""The bones that carry a character through the world in its own actions, and those that stay behind."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ Pose = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Carriers:
-    """How a character's own actions move the bones outside its body, and the armature object.
+    """Movement, by a character's own actions, of the bones outside its body, and the armature object.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Carriers:
 
 
 def find_carriers(armature_object, binding: RigBinding) -> Carriers:
-    """What the file's actions of the armature say about how it travels.
+    """Find out from the file's actions of the armature how it travels.
 
     Actions that are none of its motions say nothing.
     """
@@ -122,7 +122,7 @@ def _still_and_level(binding: RigBinding, samples: list[Pose]) -> tuple[dict[int
 
 
 def _keys_an_object(action) -> bool:
-    """Whether any slot of the action keys an object's own transform; quick, because all actions are asked."""
+    """Return True if any slot of the action keys an object's own transform; quick, because all actions are asked."""
     return any(
         curve.data_path in REST_CHANNELS
         for layer in action.layers

@@ -1,4 +1,4 @@
-"""Which actions are motions of a character."""
+"""The actions that are motions of a character."""
 
 import bpy
 
@@ -9,7 +9,7 @@ from .read_actions import FRAME_RATE_PROPERTY
 
 
 def character_problem(scene) -> str:
-    """Why the scene's character cannot be used, as a sentence without its full stop; empty if it can."""
+    """Return why the scene's character cannot be used, as a sentence without its full stop; empty if it can."""
     character = scene.wayfarer.character
     if character is None:
         return "Choose a character first"
@@ -35,7 +35,7 @@ def bake_problem(character) -> str:
         return ""
     return (
         f"'{character.name}' is linked from another file, and a walk baked onto it would not be saved; make a library "
-        "override of it (Object > Library Override > Make), or choose the output Copy"
+        "override of it (Object > Library Override > Make), or bake into a Copy of Character"
     )
 
 
@@ -65,7 +65,7 @@ def character_actions(armature_object, of_others: bool = False) -> list[bpy.type
 
 
 def action_seconds(scene, action) -> float:
-    """How long an action lasts, by its frame range and its own frame rate or the scene's."""
+    """Return how long an action lasts (s), by its frame range and its own frame rate or the scene's."""
     first, last = action.frame_range
     rate = action.get(FRAME_RATE_PROPERTY, scene.render.fps / scene.render.fps_base)
     return (last - first) / rate if isinstance(rate, int | float) and rate > 0 else 0.0

@@ -143,7 +143,7 @@ _DATA_PATH = re.compile(
 
 
 def _other_values(armature_object, action, slot) -> list[tuple[str, str, int, object]]:
-    """What the action animates besides transforms (influences, custom properties): where it is, and its value now."""
+    """Find what the action animates besides transforms (influences, custom properties): place and present value."""
     values = []
     for layer in action.layers:
         for strip in layer.strips:

@@ -13,7 +13,7 @@ import bpy
 
 from ...core.errors import ExportError
 from .action_curves import action_curves
-from .duplicates import silence, tie_copies
+from .copies import silence, tie_copies
 from .read_actions import source_frame_rate
 
 _EXPORTER = "io_scene_gltf2"
@@ -189,7 +189,7 @@ def _rename(path: Path, names: dict[str, dict[str, str]]) -> None:
 
 @contextlib.contextmanager
 def _quiet():
-    """What the exporter tells about its progress goes into a text."""
+    """Let a text take what the exporter says about its progress."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         yield said

@@ -1,4 +1,4 @@
-"""What Blender keeps of other files."""
+"""Files from which things were appended."""
 
 from pathlib import Path
 

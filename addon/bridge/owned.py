@@ -6,7 +6,7 @@ Readers leave out what is listed here; those who write it are in the rooms above
 import bpy
 
 OUTPUT = "Wayfarer"
-"""What is made from results: the painted floor, the walk."""
+"""Things made from results: the painted floor, the walk."""
 
 CHARACTER = "Wayfarer Character"
 ROOM = "Wayfarer Room"
@@ -30,7 +30,7 @@ GRID_PROPERTY = "wayfarer_grid"
 
 
 def is_called(block, name: str) -> bool:
-    """Whether a datablock has this name, numbered by Blender if another has it already: that of another scene, say."""
+    """Test for this name, numbered by Blender if another datablock has it already: that of another scene, say."""
     stem, _, number = block.name.rpartition(".")
     return block.name == name or (stem == name and len(number) >= 3 and number.isdigit())
 

@@ -19,7 +19,7 @@ FRAME_RATE_PROPERTY = "wayfarer_frame_rate"
 """Custom property of an action: its own frames per second, where they are not the scene's."""
 
 MOST_FRAMES = 120_000
-"""Of one clip, an hour of it at 33 frames per second: where there are more, a key was set far away by mistake."""
+"""Frames of one clip, an hour at 33 frames per second: where there are more, a key was set far away by mistake."""
 
 
 def read_clip(
@@ -102,7 +102,7 @@ def source_frame_rate(action) -> float:
 
 
 def needs_evaluation(curves: ActionCurves, frames: np.ndarray, binding: RigBinding) -> bool:
-    """Whether more than rotations and locations of f-curves has a say in the pose: constraints, scaled bones ..."""
+    """Test if more than rotations and locations of f-curves has a say in the pose: constraints, scaled bones ..."""
     scaled = {bone for bone, name, _ in curves.bones if name == "scale"}
     return bool(binding.evaluation_reason) or any(
         np.abs(np.asarray(curves.bone_channels(bone, "scale", frames)) - 1).max() > 1e-5 for bone in scaled
@@ -165,7 +165,7 @@ def _transforms_from_curves(armature_object, curves: ActionCurves, frames, bindi
 
 
 def _placements(armature_object, curves: ActionCurves, frames, binding: RigBinding):
-    """Where the armature object stands on each frame: F rotations, (F, 3) translations, (F,) scales."""
+    """Return the place of the armature object on each frame: F rotations, (F, 3) translations, (F,) scales."""
     n_frames = len(frames)
     if not curves.placement:
         placement = binding.placement

@@ -33,7 +33,7 @@ class ShapeMemory:
     _pieces: dict[tuple, Piece] = field(default_factory=dict)
 
     def shape(self, shown, source) -> Shape:
-        """What an evaluated object shows, in its own space; ``source`` is what it comes from."""
+        """Return what an evaluated object shows, in its own space; ``source`` is what it comes from."""
         mesh = shown.data
         owners = shown.original.session_uid, source.original.session_uid
         key = (*owners, mesh.as_pointer(), len(mesh.vertices), len(mesh.polygons))
@@ -65,7 +65,7 @@ class ShapeMemory:
 
 
 def read_pieces(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> tuple[Piece, ...]:
-    """What ``objects`` show, in metres: one piece for each mesh that has faces.
+    """Return what ``objects`` show, in metres: one piece for each mesh that has faces.
 
     Evaluated: modifiers and geometry nodes are applied, and everything that the objects instance
     (collections, instances of geometry nodes, duplis, particles) is included where it stands. Curves, text

@@ -25,7 +25,7 @@ _LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an object stands: world = translation + scale * rotation(local).
+    """The place of an object: world = translation + scale * rotation(local).
 
     ``rotation`` is a unit quaternion (w, x, y, z), ``translation`` (3,) in metres, ``scale`` one positive
     factor.
@@ -38,7 +38,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class RigBinding:
-    """How the joints of a Skeleton and the bones of an armature correspond; names and arrays, no references.
+    """Correspondence of the joints of a Skeleton and the bones of an armature; names and arrays, no references.
 
     Arrays are indexed by joint, in the order of ``skeleton.names``; J joints.
 
@@ -203,7 +203,7 @@ def chosen_forward(armature_object) -> tuple[float, float, float] | None:
 
 
 def object_placement(obj) -> Placement:
-    """Where ``obj`` stands in the world; ClipError if its scale is uneven, negative or zero."""
+    """Return the place of ``obj`` in the world; ClipError if its scale is uneven, negative or zero."""
     return matrix_placement(np.array(obj.matrix_world, dtype=float), obj.name)
 
 
@@ -253,7 +253,7 @@ def _leg_pairs(names, parents, deforming):
 
 
 def _is_control(name: str) -> bool:
-    """Whether the name is that of an IK control or a pole, which hang from anywhere."""
+    """Return True if the name is that of an IK control or a pole, which hang from anywhere."""
     lowered = name.lower()
     return "ik" in lowered.replace("-", "_").replace(".", "_").split("_") or "pole" in lowered
 
@@ -309,8 +309,8 @@ def _evaluation_reason(armature_object, pose_bones) -> str:
 
 
 def placement_obstacle(armature_object) -> str:
-    """What else than its own transform channels, and those of parents at rest, decides where the object is; empty if
-    nothing does."""
+    """Name what else than its own transform channels, and those of parents at rest, decides where the object is; empty
+    if nothing does."""
     if any(not constraint.mute for constraint in armature_object.constraints):
         return "the object has constraints"
     if any(

@@ -12,7 +12,7 @@ REST_CHANNELS = {
     "rotation_euler": (0.0, 0.0, 0.0),
     "scale": (1.0, 1.0, 1.0),
 }
-"""What Blender's transform channels hold in the rest pose."""
+"""Values of Blender's transform channels in the rest pose."""
 
 
 def rotation_property(mode: str) -> str:

@@ -1,4 +1,4 @@
-"""Where the supported versions of Blender, 4.5 LTS to 5.2 LTS, differ: the only module that asks for the version.
+"""Differences between the supported versions of Blender, 4.5 LTS to 5.2 LTS: the only module that asks for the version.
 
 What differs without being asked for is written so that it is right in all of them: slots of actions are named and
 assigned, f-curves are reached through their channelbags.

@@ -170,7 +170,7 @@ def write_linear_keys(curve, frames: np.ndarray, values: np.ndarray) -> None:
 
 @dataclass(frozen=True)
 class Placements:
-    """Where the armature object stands on each frame: (F, 4) rotations or (4,), (F, 3) or (3,) metres, one scale."""
+    """Places of the armature object, frame by frame: (F, 4) rotations or (4,), (F, 3) or (3,) metres, one scale."""
 
     rotation: np.ndarray
     translation: np.ndarray
@@ -311,7 +311,7 @@ def _axis_corrections(binding: RigBinding, skeleton: Skeleton, bones, joints) ->
 
 
 def _same_rest(skeleton: Skeleton, other: Skeleton) -> bool:
-    """Whether both have the same rest pose, wherever it stands in the world."""
+    """Return True if both have the same rest pose, wherever it stands in the world."""
     if not skeleton.is_like(other):
         return False
     turned = 1 - np.abs(np.sum(skeleton.rest_rotations[1:] * other.rest_rotations[1:], axis=1))

@@ -42,7 +42,7 @@ from .study import add_place_options, add_study_options, program_words, run_stud
 
 NAME = "wayfarer"
 PROCESSES = "processes"
-"""Where a ground in parcels is embedded unless told otherwise."""
+"""The place where a ground in parcels is embedded by default."""
 
 
 class Ended(Exception):
@@ -56,7 +56,7 @@ class Ended(Exception):
 
 
 def evaluate(options: argparse.Namespace, scene) -> dict:
-    """How well the character gets around in the scene."""
+    """Measure how well the character gets around in the scene."""
     if options.parcels is not None:
         return _evaluate_in_parcels(options, scene)
     if options.workers is not None or options.scheduler != PROCESSES:
@@ -76,7 +76,7 @@ def evaluate(options: argparse.Namespace, scene) -> dict:
 
 
 def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
-    """The same of a ground that is too large for one process."""
+    """Evaluate a ground that is too large for one process."""
     if options.out is None:
         raise StudyError("A ground in parcels needs a folder to work in; say --out FOLDER.")
     words = program_words(options)

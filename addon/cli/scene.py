@@ -1,4 +1,4 @@
-"""What a command works on: a file, a scene of it, its character, and settings by name and text (``cell_size=0.1``)."""
+"""The scene of a command: its file, its character, and its settings by name and text (``cell_size=0.1``)."""
 
 import math
 from difflib import get_close_matches

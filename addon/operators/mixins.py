@@ -1,4 +1,4 @@
-"""What operators have in common: what they need before they can run, a folder to choose, a click on the floor."""
+"""Mixins of operators: what they need before they can run, a folder to choose, a click on the floor."""
 
 import functools
 

@@ -25,7 +25,7 @@ class WayfarerClip(bpy.types.PropertyGroup):
 
 
 class WayfarerContactSettings(bpy.types.PropertyGroup):
-    """Which bones are the feet, and when they count as planted."""
+    """The bones of the feet, and when they count as planted."""
 
     left_foot: StringProperty(
         name="Left Foot",
@@ -98,7 +98,7 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         return chosen[0], chosen[1]
 
     def to_core(self, armature_object) -> ContactSettings:
-        """As the core's settings; ClipError as for :meth:`feet`, or if thresholds contradict each other."""
+        """Return the core's settings; ClipError as for :meth:`feet`, or if thresholds contradict each other."""
         return ContactSettings(
             height=self.height,
             release_height=self.release_height,

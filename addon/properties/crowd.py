@@ -1,4 +1,4 @@
-"""How many walkers walk, and what came of it."""
+"""Settings of a crowd, and what came of it."""
 
 import bpy
 
@@ -18,7 +18,7 @@ WEIGHTING_ITEMS = [
 
 
 class WayfarerCrowdSettings(bpy.types.PropertyGroup):
-    """How many walkers walk at the same time, and what came of it."""
+    """Settings of a crowd, and what came of it."""
 
     n_walkers: IntProperty(
         name="Walkers",

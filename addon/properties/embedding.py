@@ -1,4 +1,4 @@
-"""How far motion may be edited to reach grid cells."""
+"""Settings of the embedding: how far motion may be edited to reach grid cells."""
 
 import bpy
 
@@ -20,7 +20,7 @@ _FOOTPRINT_ITEMS = enum_items(
 
 
 class WayfarerEmbeddingSettings(bpy.types.PropertyGroup):
-    """How far motion may be edited to reach grid cells."""
+    """Settings of the embedding: how far motion may be edited to reach grid cells."""
 
     footprint_rule: EnumProperty(
         items=_FOOTPRINT_ITEMS,

@@ -30,7 +30,7 @@ _RULE_ITEMS = enum_items(
 
 
 class GroundSource(Enum):
-    """Where the ground rectangle comes from."""
+    """The source of the ground rectangle."""
 
     OBJECT = "object"
     BOUNDS = "obstacles' bounds"
@@ -173,7 +173,7 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
 
     @property
     def has_ground(self) -> bool:
-        """Whether what the ground rectangle comes from has been chosen."""
+        """True if the source of the ground rectangle has been chosen."""
         if self.source is GroundSource.TYPED:
             return True
         return self.obstacles is not None or (self.source is GroundSource.OBJECT and self.ground is not None)

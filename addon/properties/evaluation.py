@@ -1,4 +1,4 @@
-"""How an embedding is evaluated."""
+"""Settings of the evaluation."""
 
 import bpy
 
@@ -11,7 +11,7 @@ _WEAK = WeakSpotSettings()
 
 
 class WayfarerEvaluationSettings(bpy.types.PropertyGroup):
-    """How an embedding is evaluated."""
+    """Settings of the evaluation."""
 
     n_pairs: IntProperty(
         name="Pairs of Places",

@@ -1,4 +1,4 @@
-"""What was found out, as it is kept with a scene: saved in its file, undone with everything else."""
+"""Findings, kept with a scene: saved in its file, undone with everything else."""
 
 import bpy
 from bpy.props import CollectionProperty
@@ -27,7 +27,7 @@ class WayfarerFindingRow(bpy.types.PropertyGroup):
 
 
 class WayfarerFinding(bpy.types.PropertyGroup):
-    """What was found out about an embedding; its name says what kind of finding it is."""
+    """A finding about an embedding; its name is that of its topic."""
 
     made_from: StringProperty(name="Made From", description="The embedding that it is about")
     table: StringProperty(name="Table", description="All numbers, as JSON")

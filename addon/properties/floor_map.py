@@ -1,4 +1,4 @@
-"""What is painted on the floor."""
+"""Settings of the map on the floor."""
 
 from typing import cast
 
@@ -20,7 +20,7 @@ def map_changed(settings, _) -> None:
 
 
 class WayfarerMapSettings(bpy.types.PropertyGroup):
-    """What is painted on the floor."""
+    """Settings of the map on the floor."""
 
     quantity: EnumProperty(
         # With numbers, so that files keep their choice when there are more maps.
@@ -144,7 +144,7 @@ class WayfarerMapSettings(bpy.types.PropertyGroup):
 
 
 class WayfarerOverlaySettings(bpy.types.PropertyGroup):
-    """What is drawn over the viewport."""
+    """Settings of what is drawn over the viewport."""
 
     show_legend: BoolProperty(
         name="Legend", description="Show in the viewport what the colours of the floor mean", default=True

@@ -1,4 +1,4 @@
-"""How clips are cut and linked."""
+"""Settings of the motion graph."""
 
 import bpy
 from bpy.props import CollectionProperty
@@ -33,7 +33,7 @@ class WayfarerJointWeight(bpy.types.PropertyGroup):
 
 
 class WayfarerGraphSettings(bpy.types.PropertyGroup):
-    """How clips are cut and linked."""
+    """Settings of the motion graph."""
 
     frame_rate: FloatProperty(
         name="Frame Rate",
@@ -108,7 +108,7 @@ class WayfarerGraphSettings(bpy.types.PropertyGroup):
         return ThresholdMode[self.threshold_mode]
 
     def to_core(self, contacts: ContactSettings | None = None) -> MotionGraphSettings:
-        """As the core's settings; what the threshold mode does not heed keeps its default."""
+        """Return the core's settings; what the threshold mode does not heed keeps its default."""
         heeded = {}
         if self.mode is ThresholdMode.LINKS:
             heeded["max_links"] = self.max_links

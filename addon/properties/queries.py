@@ -1,4 +1,4 @@
-"""What is asked of an embedding: how long it takes to get somewhere, and where walks lead from a place."""
+"""Questions to an embedding: how long it takes to get somewhere, and where walks lead from a place."""
 
 from enum import Enum
 from typing import cast
@@ -23,7 +23,7 @@ _QUERY = Query()
 
 
 class Direction(Enum):
-    """Which way is meant."""
+    """The direction of a question."""
 
     TO = "to"
     FROM = "from"
@@ -35,7 +35,7 @@ def _region_names(settings, context, typed: str) -> list[str]:
 
 
 class WayfarerQuerySettings(bpy.types.PropertyGroup):
-    """What is asked of an embedding."""
+    """Questions to an embedding."""
 
     direction: EnumProperty(
         items=enum_items(

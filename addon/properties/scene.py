@@ -34,7 +34,7 @@ class ClipOrder(Enum):
 
 
 class ClipFilter(Enum):
-    """Which clips are listed."""
+    """The clips that are listed."""
 
     ALL = "all"
     USED = "used"

@@ -1,4 +1,4 @@
-"""How an embedding is pruned."""
+"""Settings of pruning."""
 
 import bpy
 
@@ -11,7 +11,7 @@ _BUDGET = BudgetSettings()
 
 
 class WayfarerTuningSettings(bpy.types.PropertyGroup):
-    """How an embedding is pruned."""
+    """Settings of pruning."""
 
     method: EnumProperty(
         items=enum_items(
@@ -88,7 +88,7 @@ class WayfarerTuningSettings(bpy.types.PropertyGroup):
     )
 
     def to_settings(self) -> PruningSettings:
-        """How the embedding is to be pruned."""
+        """Return the core's settings."""
         limit = Limit[self.limit]
         budget = self.max_links if limit is Limit.LINKS else round(1e6 * self.max_megabytes)
         places, loss = Places[self.places], self.coverage_loss / 100

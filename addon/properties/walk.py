@@ -1,4 +1,4 @@
-"""How the character walks."""
+"""Settings of walks."""
 
 import math
 
@@ -36,7 +36,7 @@ _SHOWN = {
 
 
 class WayfarerWalkSettings(bpy.types.PropertyGroup):
-    """How the character walks."""
+    """Settings of walks."""
 
     style: EnumProperty(
         items=[(name, style.label, style.description) for name, style in STYLES.items()],
@@ -223,7 +223,7 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         return aim, start, end
 
     def cleanup_settings(self, contacts) -> CleanupSettings:
-        """As the core's settings, with the given ContactSettings."""
+        """Return the core's settings, with the given ContactSettings."""
         return CleanupSettings(self.hold_window, self.hold_shift, self.hold_drop, contacts)
 
     def synthesis_settings(self) -> SynthesisSettings:

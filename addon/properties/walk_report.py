@@ -1,4 +1,4 @@
-"""How good the last walk is, as the panel shows it."""
+"""The quality of the last walk, for the panel."""
 
 import bpy
 from bpy.props import CollectionProperty
@@ -21,7 +21,7 @@ def _on_worst(report, _) -> None:
 
 
 class WayfarerWalkReport(bpy.types.PropertyGroup):
-    """How good the last walk is. Kept with the scene's settings, so that undo takes it back with the walk."""
+    """The quality of the last walk. Kept with the scene's settings, so that undo takes it back with the walk."""
 
     feet: StringProperty(name="Feet", description="What was done about the feet, or why nothing could be done")
     slide_before: FloatProperty(
@@ -68,7 +68,7 @@ class WayfarerWalkReport(bpy.types.PropertyGroup):
 
     @property
     def is_there(self) -> bool:
-        """Whether a walk has been measured."""
+        """True if a walk has been measured."""
         return len(self.worst) > 0 or self.feet != ""
 
     def clear(self) -> None:

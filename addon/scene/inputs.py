@@ -18,7 +18,7 @@ from ...core.motion.heading import with_steady_heading
 from ...core.motion.mirror import mirrored
 from ...core.progress import Progress, finish
 from ..bridge.clip_actions import character_problem
-from ..bridge.duplicates import is_deformed_by
+from ..bridge.copies import is_deformed_by
 from ..bridge.owned import drawn_objects, is_copy
 from ..bridge.read_actions import read_clip
 from ..bridge.read_scene import ShapeMemory, read_pieces, read_triangles

@@ -1,4 +1,4 @@
-"""What panels have in common: where they are, how their headers say what is done, and how text and tables are drawn."""
+"""Mixins of panels, and functions that draw text, tables and findings."""
 
 import blf
 import bpy

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
+from bl_ext.user_default.wayfarer.addon.bridge.copies import duplicate_character
 from bl_ext.user_default.wayfarer.addon.bridge.create_armature import create_armature
-from bl_ext.user_default.wayfarer.addon.bridge.duplicates import duplicate_character
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import assign_action, write_clip

@@ -1,4 +1,4 @@
-"""Where the motion graph fits into the scene."""
+"""The embedding of the motion graph in the scene."""
 
 import bpy
 
@@ -52,7 +52,7 @@ class WAYFARER_PT_embedding(Step, bpy.types.Panel):
 
 
 def _next_step(scene) -> list[str]:
-    """What has to be done before anything can be embedded."""
+    """Return what has to be done before anything can be embedded."""
     if results(scene).graph is None:
         return ["Build the motion graph first"]
     return [] if scene.wayfarer.environment.has_ground else ["Choose a ground or obstacles in Environment"]

@@ -1,4 +1,4 @@
-"""What is painted on the floor."""
+"""The map on the floor."""
 
 import bpy
 

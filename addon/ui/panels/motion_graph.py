@@ -1,4 +1,4 @@
-"""How clips are cut and linked, and what came of it."""
+"""The motion graph: its settings, size, dropped frames and hubs."""
 
 import bpy
 
@@ -8,7 +8,7 @@ from ...results.store import results
 from ..drawing import Sidebar, Step, draw_numbers, draw_sentences, draw_table, draw_wrapped, split_properties
 
 _MOST_ROWS = 8
-"""Of each table; what does not fit is summed up in one row."""
+"""Rows of each table; what does not fit is summed up in one row."""
 
 
 class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
@@ -59,7 +59,7 @@ class WAYFARER_PT_motion_graph(Step, bpy.types.Panel):
 
 
 def _next_step(scene) -> list[str]:
-    """What has to be done before a motion graph can be built."""
+    """Return what has to be done before a motion graph can be built."""
     settings = scene.wayfarer
     if settings.character is None:
         return ["Choose a character in Clips"]

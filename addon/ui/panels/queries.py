@@ -1,4 +1,4 @@
-"""Asking the embedding: how long does it take to get there, and where do walks lead from here?"""
+"""Questions to the embedding: how long it takes to get somewhere, and where walks lead from a place."""
 
 import bpy
 
