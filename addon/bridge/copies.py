@@ -1,4 +1,4 @@
-"""Copies of the character that walk: they share its data, and are made anew in a collection of their own by every run."""
+"""Copies of the character that walk: they share its data and are made anew, in a collection of their own."""
 
 from collections.abc import Mapping
 

@@ -59,8 +59,8 @@ def labels() -> tuple[frozenset[str], frozenset[str]]:
             if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "bl_label":
                 every.add(ast.literal_eval(node.value))
             # The choices of a setting, and the labels of maps.
-            if isinstance(node, ast.Tuple) and len(node.elts) == 2 and isinstance(node.elts[0], ast.Constant):
-                every.add(str(node.elts[0].value))
+            if isinstance(node, ast.Tuple) and len(node.elts) in (2, 3) and isinstance(node.elts[-2], ast.Constant):
+                every.add(str(node.elts[-2].value))
             if isinstance(node, ast.keyword) and node.arg == "label" and isinstance(node.value, ast.Constant):
                 every.add(str(node.value.value))
     return frozenset(every), frozenset(numbers)
