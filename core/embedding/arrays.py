@@ -1,4 +1,4 @@
-"""The parts of an embedding as plain arrays and a header, and back to the last bit.
+"""The fields of an embedding as plain arrays and a header, and back to the last bit.
 
 The one-step links are stored too, though they follow from the rest: another processor may round a cosine differently,
 and a walk must find the links that the nodes were made with.
@@ -27,13 +27,13 @@ from .unroll import Unrolling
 EMBEDDING_FORMAT = ArchiveFormat("embedding", 2, EmbeddingError)
 
 #: Graph, environment, settings, unrolling, planes and second bound, as an Embedding takes them.
-Parts = tuple[MotionGraph, Environment, EmbeddingSettings, Unrolling, tuple[int, ...], int | None]
+EmbeddingFields = tuple[MotionGraph, Environment, EmbeddingSettings, Unrolling, tuple[int, ...], int | None]
 
 #: Planes read from a file take at most this much memory, whatever layout the file asks for.
 _MAX_PLANE_BYTES = 4e9
 
 
-def parts_to_arrays(
+def fields_to_arrays(
     graph: MotionGraph,
     environment: Environment,
     settings: EmbeddingSettings,
@@ -41,7 +41,7 @@ def parts_to_arrays(
     planes: Sequence[int],
     second_bound: int | None,
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """All parts of an embedding: what JSON can tell, and arrays by name."""
+    """Return all fields of an embedding: what JSON can hold, and arrays by name."""
     graph_content, graph_arrays = graph_to_arrays(graph)
     grid, sweep, stencils, layout = environment.grid, unrolling.sweep, unrolling.stencils, unrolling.layout
     content = {
@@ -83,8 +83,8 @@ def parts_to_arrays(
     return content, arrays
 
 
-def parts_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Parts:
-    """The parts of :func:`parts_to_arrays`; ValueError or another exception if they do not fit together."""
+def fields_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> EmbeddingFields:
+    """Return the fields of :func:`fields_to_arrays`; ValueError or another exception if they do not fit together."""
     graph = graph_from_arrays(
         content["graph"],
         {name.removeprefix("graph_"): array for name, array in arrays.items() if name.startswith("graph_")},
@@ -161,7 +161,7 @@ def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: G
 
 
 def _plane_bytes(planes: Sequence[int], layout: PlaneLayout) -> np.ndarray:
-    """(n, bytes of a plane) uint8: the bits of each plane, lowest first."""
+    """Return (n, bytes of a plane) uint8: the bits of each plane, lowest first."""
     size = (layout.n_bits + 7) // 8
     raw = b"".join([plane.to_bytes(size, "little") for plane in planes])
     return np.frombuffer(raw, dtype=np.uint8).reshape(-1, size)

@@ -17,7 +17,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PlaneLayout:
-    """Where the cells lie in a plane.
+    """The places of the cells in a plane.
 
     Attributes
     ----------
@@ -26,6 +26,13 @@ class PlaneLayout:
     reach_x, reach_y : int
         No shift is longer than this many cells.
     tiled : bool
+
+    Examples
+    --------
+    >>> layout = PlaneLayout(nx=3, ny=2, reach_x=1, reach_y=1, tiled=False)
+    >>> plane = layout.pack(np.array([[True, False], [False, False], [False, False]]))
+    >>> layout.cells(plane << layout.shift(2, 1)).tolist()
+    [[2, 1]]
     """
 
     nx: int
@@ -69,13 +76,13 @@ class PlaneLayout:
         return (x + self.halo_x) * self.stride + y + self.halo_y
 
     def pack(self, cells: np.ndarray) -> int:
-        """The plane of an (nx, ny) bool array."""
+        """Return the plane of an (nx, ny) bool array."""
         rows = np.zeros((self.nx + 2 * self.halo_x, self.stride), dtype=bool)
         rows[self.halo_x : self.halo_x + self.nx, self.halo_y : self.halo_y + self.ny] = cells
         return int.from_bytes(np.packbits(rows.ravel(), bitorder="little").tobytes(), "little")
 
     def unpack(self, plane: int) -> np.ndarray:
-        """The (nx, ny) bool array of a plane."""
+        """Return the (nx, ny) bool array of a plane."""
         raw = np.frombuffer(plane.to_bytes((self.n_bits + 7) // 8, "little"), dtype=np.uint8)
         rows = np.unpackbits(raw, bitorder="little", count=self.n_bits).reshape(-1, self.stride)
         ground = rows[self.halo_x : self.halo_x + self.nx, self.halo_y : self.halo_y + self.ny]
@@ -87,15 +94,15 @@ class PlaneLayout:
         return np.frombuffer(raw, dtype=np.uint8).reshape(-1, self.n_bytes)
 
     def cells(self, plane: int) -> np.ndarray:
-        """(n, 2) int array of the cells whose bit is set, in order of x, then y."""
+        """Return (n, 2) int array of the cells whose bit is set, in order of x, then y."""
         return np.argwhere(self.unpack(plane))
 
     def flat_cells(self, plane: int) -> np.ndarray:
-        """(n,) int array of the cells x * ny + y whose bit is set, ascending."""
+        """Return (n,) int array of the cells x * ny + y whose bit is set, ascending."""
         return np.flatnonzero(self.unpack(plane))
 
     def moved(self, cells: np.ndarray, shift: int) -> np.ndarray:
-        """Where cells x * ny + y come to lie after a shift that keeps them on the ground, or around a tiled one."""
+        """Return where cells x * ny + y lie after a shift that keeps them on the ground, or around a tiled one."""
         x, y = np.divmod(self.bit(*np.divmod(cells, self.ny)) + shift, self.stride)
         return (x - self.halo_x) % self.nx * self.ny + (y - self.halo_y) % self.ny
 
@@ -105,7 +112,7 @@ class PlaneLayout:
         return self.pack(np.ones((self.nx, self.ny), dtype=bool))
 
     def extend(self, plane: int) -> int:
-        """The plane with its halo filled by the tile's repetitions; unchanged where the ground is not tiled."""
+        """Return the plane with its halo filled by the tile's repetitions; unchanged where the ground is not tiled."""
         if not self.tiled:
             return plane
         row = 0
@@ -118,7 +125,7 @@ class PlaneLayout:
         return extended & self._everything
 
     def fold(self, plane: int) -> int:
-        """The ground part of a plane, with what lies in the halo brought in; unchanged where not tiled."""
+        """Return the ground part of a plane, with what lies in the halo brought in; unchanged where not tiled."""
         if not self.tiled:
             return plane
         rows = 0

@@ -15,7 +15,7 @@ from ..environment.grid import Grid
 from ..errors import EmbeddingError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, finish, portion
-from .arrays import EMBEDDING_FORMAT, Parts, parts_to_arrays
+from .arrays import EMBEDDING_FORMAT, EmbeddingFields, fields_to_arrays
 from .closure import reached_from_steps, reaching_steps
 from .component import largest_component_steps
 from .network import StepNetwork
@@ -56,13 +56,13 @@ class Embedding:
     known_network: StepNetwork | None = field(default=None, compare=False, repr=False)
 
     @property
-    def parts(self) -> Parts:
+    def fields(self) -> EmbeddingFields:
         """Everything that the embedding consists of, in the order in which it is put together."""
         return self.graph, self.environment, self.settings, self.unrolling, self.planes, self.second_bound
 
     def save(self, path: str | os.PathLike) -> None:
         """Write everything to an .npz file, for :func:`.archive.load_embedding`; EmbeddingError if it fails."""
-        save_archive(path, archive_to_bytes(EMBEDDING_FORMAT, *parts_to_arrays(*self.parts)), EMBEDDING_FORMAT)
+        save_archive(path, archive_to_bytes(EMBEDDING_FORMAT, *fields_to_arrays(*self.fields)), EMBEDDING_FORMAT)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -88,7 +88,7 @@ class Embedding:
         return self.network.count_links(self.nodes)
 
     def covered(self) -> np.ndarray:
-        """(nx, ny, n_headings) bool: whether any segment's node stands at p."""
+        """Return (nx, ny, n_headings) bool: True where any segment's node stands at p."""
         nx, ny, n_headings, n_segments = self.shape
         covered = np.empty((nx, ny, n_headings), dtype=bool)
         for heading in range(n_headings):
@@ -99,7 +99,7 @@ class Embedding:
         return covered
 
     def able_starts(self) -> Iterator[int]:
-        """For each stencil, the plane of start cells from which it leads to a node of the embedding."""
+        """Yield, for each stencil, the plane of start cells from which it leads to a node of the embedding."""
         layout, stencils = self.unrolling.layout, self.unrolling.stencils
         arrivals = (stencils.segment * stencils.n_headings + stencils.destination_heading).tolist()
         shifts = layout.shift(stencils.dx, stencils.dy).tolist()
@@ -109,15 +109,15 @@ class Embedding:
             yield valid & (there >> shift if shift >= 0 else there << -shift)
 
     def node_mask(self) -> np.ndarray:
-        """(nx, ny, n_headings, n_segments) bool: whether (p, c) is a node of the embedding."""
+        """Return (nx, ny, n_headings, n_segments) bool: True where (p, c) is a node of the embedding."""
         return self._by_plane_to_grid(self._mask_by_plane)
 
     def in_degree(self) -> np.ndarray:
-        """(nx, ny, n_headings, n_segments) int32: links that end at each node; 0 where there is none."""
+        """Return (nx, ny, n_headings, n_segments) int32: links that end at each node; 0 where there is none."""
         return self._by_plane_to_grid(self._in_degree_by_plane)
 
     def out_degree(self) -> np.ndarray:
-        """(nx, ny, n_headings, n_segments) int32: links that start at each node; 0 where there is none."""
+        """Return (nx, ny, n_headings, n_segments) int32: links that start at each node; 0 where there is none."""
         return self._by_plane_to_grid(self._out_degree_by_plane)
 
     def _by_plane_to_grid(self, by_plane: np.ndarray) -> np.ndarray:
@@ -131,7 +131,7 @@ class Embedding:
         return np.stack([unpack(plane) for plane in self.planes])
 
     def _over_links(self, matrix: np.ndarray, by_plane: np.ndarray) -> np.ndarray:
-        """(S, S) ``matrix`` applied to the segments of (planes, nx, ny) counts, for every p at once.
+        """Return (S, S) ``matrix`` applied to the segments of (planes, nx, ny) counts, for every p at once.
 
         Counts stay far below 2**24, so that float32 is exact.
         """
@@ -175,7 +175,7 @@ class Embedding:
         return first + stencils.heading, first + stencils.destination_heading
 
     def to_csr(self) -> tuple[np.ndarray, sparse.csr_array]:
-        """All nodes and links, written out; for other programs and for small problems.
+        """Write out all nodes and links, for other programs and for small problems.
 
         Returns
         -------
@@ -226,7 +226,7 @@ def embed_steps(
     settings: EmbeddingSettings | None = None,
     previous: Embedding | None = None,
 ) -> Generator[Progress, None, Embedding]:
-    """As :func:`embed`, as a generator that yields progress and may be closed at any moment."""
+    """Embed as :func:`embed` does. Yields progress; may be closed at any moment."""
     settings = settings or EmbeddingSettings()
     if not graph.segments:
         raise EmbeddingError("The motion graph has no segments; build it from clips that connect.")
@@ -279,6 +279,19 @@ def embed(
     ------
     EmbeddingError
         The graph has no segments, or the planes would take more than ``settings.memory_limit`` bytes.
+
+    Examples
+    --------
+    A step of one metre that may follow itself, on a ground of four metres that is joined to its other side:
+
+    >>> from core.motion.graph import MotionSegment
+    >>> path = np.linspace([0, 0, 0], [1, 0, 0], 31)
+    >>> step = MotionSegment("step", clip=0, first=0, last=30, path=path, duration=1.0, tags={})
+    >>> graph = MotionGraph((), 30.0, (step,), links=np.array([[0, 0]]), link_costs=np.zeros(1))
+    >>> ground = Environment(Grid((4, 1, 4), 1.0, tiled=True), np.zeros((16, 4), dtype=bool))
+    >>> embedding = embed(graph, ground)
+    >>> embedding.n_nodes, embedding.n_links, embedding.covered()[:, 0, 0].tolist()
+    (4, 4, [True, True, True, True])
     """
     return finish(embed_steps(graph, environment, settings, previous))
 
@@ -309,7 +322,7 @@ def restrict_steps(
 
 
 def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environment, settings: EmbeddingSettings) -> bool:
-    """Whether only obstacles and the places of regions can differ from those of ``previous``."""
+    """Test whether only obstacles and the places of regions can differ from those of ``previous``."""
     return (
         previous.graph is graph
         and previous.environment.grid == environment.grid
@@ -319,7 +332,7 @@ def _same_sweep(previous: Embedding, graph: MotionGraph, environment: Environmen
 
 
 def needed_bytes(graph: MotionGraph, grid: Grid, n_stencils: float) -> float:
-    """About how much memory embedding takes at its peak, known before it starts: never less, and rarely twice as much.
+    """Estimate the memory that embedding takes at its peak, before it starts: never less, and rarely twice as much.
 
     One plane for each stencil, and six sets of nodes while the component is sought. Padding is as wide as the longest
     way from a start; Python keeps 30 bits in every 32. A stencil itself takes some 200 bytes while it is laid out and

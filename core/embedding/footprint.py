@@ -15,7 +15,7 @@ STANDING_LENGTH = 0.05
 
 
 class FootprintRule(Enum):
-    """Which grid elements a footprint holds."""
+    """The grid elements that a footprint holds."""
 
     SNAP = "snap"
     CONSERVATIVE = "conservative"
@@ -76,12 +76,12 @@ class Footprints:
 
 
 def path_length(segment: MotionSegment) -> float:
-    """Metres that the root travels on the ground during the segment."""
+    """Return the metres that the root travels on the ground during the segment."""
     return float(np.linalg.norm(np.diff(segment.path[:, :2], axis=0), axis=1).sum())
 
 
 def edit_profile(segment: MotionSegment) -> np.ndarray:
-    """(F,) share of the edit that is done by each frame, from 0 to 1.
+    """Return (F,) share of the edit that is done by each frame, from 0 to 1.
 
     In proportion to the distance travelled, so that a standing character does not slide; in proportion to time
     where the segment does not travel.
@@ -105,7 +105,7 @@ def rotated_path(segment: MotionSegment, angle) -> np.ndarray:
 
 
 def fewest_ends(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> float:
-    """No more ends than the footprints of ``segment`` have, over all headings; nearly as many where they are wide."""
+    """Return a lower bound on the ends of a segment's footprints, over all headings; close where they are wide."""
     n_turns = len(_turns(segment, grid, settings)[0])
     if n_turns == 0:
         return 0.0
@@ -116,7 +116,7 @@ def fewest_ends(segment: MotionSegment, grid: Grid, settings: FootprintSettings)
 
 
 def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> Footprints:
-    """The footprints of ``segment`` from all headings.
+    """Return the footprints of ``segment`` from all headings.
 
     Under SNAP each holds the nearest cell and the nearest heading, whatever the limits.
     """
@@ -144,7 +144,7 @@ def footprints(segment: MotionSegment, grid: Grid, settings: FootprintSettings) 
 
 
 def _turns(segment: MotionSegment, grid: Grid, settings: FootprintSettings) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) turns, in headings from start to destination, that the limits allow, and their errors in radians."""
+    """Return (n,) turns, in headings from start to destination, that the limits allow, and their errors in radians."""
     turn = float(segment.path[-1, 2])
     tolerance = settings.heading_base + settings.heading_rate * path_length(segment)
     nearest_turn = int(np.floor(turn / grid.heading_step + 0.5))

@@ -1,4 +1,4 @@
-"""How the reach of a repeated segment grows, in theory and on the grid (the paper's Fig. 4).
+"""The reach of a repeated segment, as it grows in theory and on the grid (the paper's Fig. 4).
 
 A footprint says where one step may end. After several steps the ends spread: in theory over a region that grows with
 every edit; on the grid over whole cells and headings. If the grid is too coarse for the footprints, the second grows
@@ -13,7 +13,7 @@ from .footprint import FootprintSettings, footprints, path_length
 
 
 def gridded_growth(segment: MotionSegment, grid: Grid, settings: FootprintSettings, n_steps: int) -> list[np.ndarray]:
-    """Grid elements where 1, 2, ... ``n_steps`` repetitions of ``segment`` may end on open ground.
+    """Return the grid elements where 1, 2, ... ``n_steps`` repetitions of ``segment`` may end on open ground.
 
     Starts from cell (0, 0) with heading 0. Each entry is an (n, 3) int array of x, y (cells) and heading (index, not
     wrapped), sorted.
@@ -36,7 +36,7 @@ def gridded_growth(segment: MotionSegment, grid: Grid, settings: FootprintSettin
 def theoretical_growth(
     segment: MotionSegment, settings: FootprintSettings, n_steps: int, rng: np.random.Generator, n_samples: int
 ) -> np.ndarray:
-    """Samples of where 1, 2, ... ``n_steps`` repetitions of ``segment`` may end without a grid.
+    """Sample where 1, 2, ... ``n_steps`` repetitions of ``segment`` may end without a grid.
 
     Every step is edited at random, half of the samples to the limit, within the same footprint. Starts from the origin
     with heading 0.

@@ -11,7 +11,7 @@ Node = tuple[int, int, int, int]
 
 
 class LinkReader:
-    """Which links lead from some nodes of an embedding, and which lead to them.
+    """A reader of the links that lead from some nodes of an embedding, or to them.
 
     It keeps a copy of every plane that it has looked at, up to the size of the whole embedding: make one for a walk or
     a crowd, and let it go with them.
@@ -48,7 +48,7 @@ class LinkReader:
         self._parents = _Lists(owner, parent, len(network.parents))
 
     def are_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """(n,) bool: which rows of (n, 4) are nodes of the embedding."""
+        """Test which rows of (n, 4) are nodes of the embedding: (n,) bool."""
         nodes = np.asarray(nodes)
         inside = np.all((nodes[:, 2:] >= 0) & (nodes[:, 2:] < self.embedding.shape[2:]), axis=1)
         if not self.embedding.environment.grid.tiled:
@@ -59,11 +59,11 @@ class LinkReader:
         return found
 
     def is_node(self, node: Node) -> bool:
-        """Whether (x, y, heading, segment) is a node of the embedding."""
+        """Test whether (x, y, heading, segment) is a node of the embedding."""
         return bool(self.are_nodes(np.array([node]))[0])
 
     def links_from(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All links from the (n, 4) nodes: (L,) row of ``nodes`` and (L,) stencil, ascending in this order."""
+        """Return all links from the (n, 4) nodes: (L,) row of ``nodes`` and (L,) stencil, ascending in this order."""
         row, stencil = self._leaving.of(self._exit_group_of[nodes[:, 3]] * self._n_headings + nodes[:, 2])
         cells = nodes[row, :2]
         able = self._valid.at(stencil, self._bit(cells))
@@ -72,7 +72,7 @@ class LinkReader:
         return row[lands], stencil[lands]
 
     def stencils_from(self, node: Node) -> np.ndarray:
-        """(L,) stencils of all links from a node, ascending."""
+        """Return (L,) stencils of all links from a node, ascending."""
         return self.links_from(np.array([node]))[1]
 
     def links_to(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,23 +91,23 @@ class LinkReader:
         return row[link[alive]], stencil[link[alive]], parent[alive]
 
     def variability(self, nodes: np.ndarray) -> np.ndarray:
-        """(n,) int: in-degree x out-degree of each node (paper, eq. 1)."""
+        """Return (n,) int: in-degree x out-degree of each node (paper, eq. 1)."""
         arriving = np.bincount(self.links_to(nodes)[0], minlength=len(nodes))
         return arriving * np.bincount(self.links_from(nodes)[0], minlength=len(nodes))
 
     def ends(self, nodes: np.ndarray, stencils: np.ndarray) -> np.ndarray:
-        """(L, 4) nodes at the other ends of links: from (L, 4) nodes, or from one, by (L,) stencils."""
+        """Return (L, 4) nodes at the other ends of links: from (L, 4) nodes, or from one, by (L,) stencils."""
         ends = self._step[stencils]
         ends[:, :2] += np.asarray(nodes)[..., :2]
         return ends
 
     def follow(self, node: Node, stencil: int) -> Node:
-        """The node at the other end of a link."""
+        """Return the node at the other end of a link."""
         dx, dy, heading, segment = self._step[stencil].tolist()
         return node[0] + dx, node[1] + dy, heading, segment
 
     def wrapped(self, nodes: np.ndarray) -> np.ndarray:
-        """(n, 4) the nodes with their places on the ground, whichever tile they lie in."""
+        """Return (n, 4) the nodes with their places on the ground, whichever tile they lie in."""
         wrapped = np.array(nodes)
         wrapped[:, :2] %= self._size
         return wrapped
@@ -126,7 +126,7 @@ class PlaneBits:
         self._known = np.zeros(len(planes), dtype=bool)
 
     def at(self, plane: np.ndarray, bit: np.ndarray) -> np.ndarray:
-        """(n,) bool: bit ``bit[i]`` of plane ``plane[i]``."""
+        """Return (n,) bool: bit ``bit[i]`` of plane ``plane[i]``."""
         for new in set(plane[~self._known[plane]].tolist()):
             raw = self._planes[new].to_bytes(self._rows.shape[1], "little")
             self._rows[new] = np.frombuffer(raw, dtype=np.uint8)
@@ -144,7 +144,7 @@ class _Lists:
         self._first = np.cumsum(self._length) - self._length
 
     def of(self, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The lists of the (n,) owners, one after the other: (L,) row of ``owner`` and (L,) member."""
+        """Return the lists of the (n,) owners, one after the other: (L,) row of ``owner`` and (L,) member."""
         length = self._length[owner]
         row = np.repeat(np.arange(len(owner)), length)
         offset = np.repeat(self._first[owner] - (np.cumsum(length) - length), length)

@@ -1,4 +1,4 @@
-"""How a motion graph is unrolled into an environment: the settings of :mod:`.embedding`."""
+"""Settings of :mod:`.embedding`, which unrolls a motion graph into an environment."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ from .footprint import FootprintSettings
 
 @dataclass(frozen=True)
 class EmbeddingSettings:
-    """How the motion graph is unrolled.
+    """Limits of edits and of memory with which a motion graph is unrolled.
 
     Attributes
     ----------

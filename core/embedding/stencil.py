@@ -52,7 +52,7 @@ class Stencils:
 
 
 def build_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: FootprintSettings) -> Stencils:
-    """The stencils of all segments from all headings."""
+    """Return the stencils of all segments from all headings."""
     parts = [footprints(segment, grid, settings) for segment in segments]
     return Stencils(
         segment=np.repeat(np.arange(len(parts)), [len(part.dx) for part in parts]),
@@ -67,7 +67,7 @@ def build_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: Foot
 
 
 def fewest_stencils(segments: Sequence[MotionSegment], grid: Grid, settings: FootprintSettings) -> float:
-    """No more stencils than :func:`build_stencils` would lay out, and nearly as many where footprints are wide.
+    """Return a lower bound on the stencils that :func:`build_stencils` lays out; close where footprints are wide.
 
     Known without laying them out: limits far beyond any sense ask for more than there is room for.
     """

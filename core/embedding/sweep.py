@@ -21,7 +21,7 @@ PIECES_AT_ONCE = 200_000
 
 @dataclass(frozen=True)
 class Sweep:
-    """What must be free for each stencil, cell by cell along its path.
+    """The samples that must be free for each stencil, cell by cell along its path.
 
     Stencils that differ only in their final heading share a path, ``path[k]``. Check i, for ``bounds[p] <= i <
     bounds[p + 1]``, belongs to path p: of the cell that lies ``shift[i]`` bits after the start cell, the samples of
@@ -110,7 +110,7 @@ class SweptSamples:
 def tag_classes(
     segments: Sequence[MotionSegment], tags: frozenset[str]
 ) -> tuple[list[frozenset[str]], list[np.ndarray]]:
-    """The different sets of ``tags`` that frames carry, and for each segment the (F,) class of its frames."""
+    """Return the different sets of ``tags`` that frames carry, and for each segment the (F,) class of its frames."""
     classes: dict[frozenset[str], int] = {}
     of_frames = []
     for segment in segments:
@@ -131,7 +131,7 @@ def swept_samples(
     frame_classes: Sequence[np.ndarray],
     grid: Grid,
 ) -> SweptSamples:
-    """Every sample that the edited paths of the ``chosen`` stencils, in ascending order, pass through.
+    """Return every sample that the edited paths of the ``chosen`` stencils, in ascending order, pass through.
 
     A path is the polyline through the root's positions. None of the samples that it crosses is missed, however fast
     the character moves. A piece counts for the classes of the frames at both of its ends.
@@ -209,7 +209,7 @@ def _crossed_samples(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _by_cell(samples: SweptSamples) -> np.ndarray:
-    """(5, n) rows: stencil, tag class, cell x, cell y and the part of that cell; ordered by the first four."""
+    """Return (5, n) rows: stencil, tag class, cell x, cell y and the part of that cell; ordered by the first four."""
     cells = np.stack([samples.stencil, samples.tag_class, samples.x // SUBDIVISION, samples.y // SUBDIVISION])
     bit = 1 << ((samples.x % SUBDIVISION) * SUBDIVISION + samples.y % SUBDIVISION)
     low = cells.min(axis=1, keepdims=True)

@@ -10,10 +10,19 @@ import numpy as np
 
 
 def samples_near(occupied: np.ndarray, distance: float) -> np.ndarray:
-    """Samples whose square has a point nearer than ``distance`` to that of an occupied one, or are occupied.
+    """Return the samples with a point nearer than ``distance`` to an occupied one, or that are occupied (dilation).
 
     The distance between two samples is that of the nearest points of their squares: growing the occupied ones by one
     sample in all eight directions and measuring between centres gives exactly that.
+
+    >>> occupied = np.zeros((5, 5), dtype=bool)
+    >>> occupied[2, 2] = True
+    >>> samples_near(occupied, 0.5).astype(int)
+    array([[0, 0, 0, 0, 0],
+           [0, 1, 1, 1, 0],
+           [0, 1, 1, 1, 0],
+           [0, 1, 1, 1, 0],
+           [0, 0, 0, 0, 0]])
 
     Parameters
     ----------
@@ -46,7 +55,7 @@ def samples_near(occupied: np.ndarray, distance: float) -> np.ndarray:
 
 
 def _half_rows(distance: float) -> list[int]:
-    """For each row of the disc from its middle outwards, how many samples it goes on beside the one in the middle."""
+    """Return, for each row of the disc from its middle outwards, the samples beside the one in the middle."""
     # A hair of tolerance on the safe side, against rounding in the distance itself.
     limit = distance * (1 + 1e-9)
     across = np.arange(int(np.ceil(limit)) + 1)

@@ -39,7 +39,7 @@ class EnvironmentSettings:
 
 @dataclass(frozen=True)
 class Environment:
-    """Where the root may be, for each combination of tags.
+    """The places where the root may be, for each combination of tags.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Environment:
         return frozenset(region.tag for region in self.regions)
 
     def free_samples(self, tags: Iterable[str]) -> np.ndarray:
-        """(4 nx, 4 ny) bool: where a frame that carries exactly ``tags`` may be played."""
+        """Return (4 nx, 4 ny) bool: where a frame that carries exactly ``tags`` may be played."""
         tags = frozenset(tags)
         free = ~self.blocked
         for region in self.regions:
@@ -82,7 +82,7 @@ class Environment:
         return free
 
     def free_cells(self) -> np.ndarray:
-        """(nx, ny) bool: cells at whose centre a character may stand, whatever it is doing there."""
+        """Return (nx, ny) bool: cells at whose centre a character may stand, whatever it is doing there."""
         corner = SUBDIVISION // 2
         return ~self.blocked[corner::SUBDIVISION, corner::SUBDIVISION]
 

@@ -50,10 +50,14 @@ class Grid:
         n_headings: int,
         tiled: bool = False,
     ) -> "Grid":
-        """The grid over the rectangle from ``low`` to ``high`` (m), centred on it.
+        """Return the grid over the rectangle from ``low`` to ``high`` (m), centred on it.
 
         Cells never reach outside the rectangle, so that a last strip narrower than a cell is left out; a tiled
         ground must be a whole number of cells wide, because its opposite sides are joined.
+
+        >>> grid = Grid.over_rectangle((0, 0), (7.1, 8), cell_size=0.5, n_headings=24)
+        >>> grid.shape, tuple(round(x, 2) for x in grid.origin)
+        ((14, 16, 24), (0.05, 0.0))
         """
         extent = np.subtract(high, low)
         if not np.isfinite(extent).all() or np.any(extent <= 0):
@@ -108,5 +112,5 @@ class Grid:
         return np.asarray(self.origin) + (np.asarray(cells) + 0.5) * self.cell_size
 
     def cells(self, positions: np.ndarray) -> np.ndarray:
-        """(..., 2) integer cells that hold the (..., 2) world positions; may lie outside the grid."""
+        """Return (..., 2) integer cells that hold the (..., 2) world positions; may lie outside the grid."""
         return np.floor((np.asarray(positions) - self.origin) / self.cell_size).astype(int)

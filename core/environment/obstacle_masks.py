@@ -1,4 +1,4 @@
-"""What obstacles leave on the samples of a ground, remembered, so that only what has moved is looked at again.
+"""Masks of obstacles on the samples of a ground, cached, so that only what has moved is rasterised again.
 
 The samples that polygons touch add up by "or", and the faces over and under a sample add up as numbers: what single
 parts of the scene leave, put together, is to the bit what all of it leaves at once.
@@ -36,7 +36,7 @@ _MAX_BYTES = 300_000_000
 
 @dataclass(frozen=True)
 class ObstacleMask:
-    """What some pieces leave.
+    """The mask of some pieces.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ObstacleCache:
         self._known = _Masks()
 
     def serves(self, grid: Grid) -> bool:
-        """Whether masks on this ground are kept: not where they are large, nor where everything repeats."""
+        """Test whether masks on this ground are kept: not where they are large, nor where everything repeats."""
         return not grid.tiled and grid.shape[0] * grid.shape[1] * SUBDIVISION**2 <= _MAX_SAMPLES
 
     def blocked_steps(
@@ -111,7 +111,7 @@ class _Masks:
         return self._masks.get(key)
 
     def others(self, keys: Sequence[tuple]) -> list[tuple]:
-        """The keys of all masks but these."""
+        """Return the keys of all masks but these."""
         return list(self._masks.keys() - set(keys))
 
     def keep(self, key: tuple, mask: ObstacleMask, gone: list[tuple]) -> None:
@@ -130,7 +130,7 @@ class _Masks:
 
 
 class _Sum:
-    """What pieces leave, put together mask by mask: the attributes are those of a mask."""
+    """The sum of the masks of pieces: the attributes are those of a mask."""
 
     def __init__(self):
         self.occupied: np.ndarray | None = None
@@ -145,7 +145,7 @@ class _Sum:
 
 
 def _added(total: np.ndarray | None, counts: np.ndarray | None) -> np.ndarray | None:
-    """``total`` with the counts added in place."""
+    """Add the counts to ``total`` in place; None is zero."""
     if counts is None:
         return total
     if total is None:
@@ -155,7 +155,7 @@ def _added(total: np.ndarray | None, counts: np.ndarray | None) -> np.ndarray | 
 
 
 def _gathered(pieces: Sequence[Piece]) -> list[list[Piece]]:
-    """The pieces in groups that are large enough to be worth a mask."""
+    """Return the pieces in groups that are large enough to be worth a mask."""
     groups, n_triangles = [], 0
     for piece in pieces:
         n_here = len(piece.shape.triangles)
@@ -182,7 +182,7 @@ def _mask_steps(
 
 
 def _small(counts: np.ndarray | None) -> np.ndarray | None:
-    """The same numbers in as few bytes as they need."""
+    """Return the same numbers in as few bytes as they need."""
     if counts is None or not counts.any():
         return None
     return counts.astype(np.min_scalar_type(-1 - max(int(counts.max()), -int(counts.min()))))

@@ -31,7 +31,7 @@ Rows = tuple[int, int]
 
 
 def clip_to_heights(triangles: np.ndarray, low: float, high: float) -> np.ndarray:
-    """The parts of (T, 3, 3) triangles with low <= z <= high, seen from above.
+    """Return the parts of (T, 3, 3) triangles with low <= z <= high, seen from above.
 
     Returns (n, 5, 2) corners of convex polygons; those with fewer than five corners repeat the last one. Most
     triangles lie wholly inside the range or outside it and pass as they are; only the rest are cut.
@@ -74,12 +74,12 @@ def _cut(polygons: np.ndarray, height: np.ndarray) -> np.ndarray:
 
 
 def _with_corners(polygons: np.ndarray, n: int) -> np.ndarray:
-    """Polygons (m, k, 3) as (m, n, 3), the last corner repeated."""
+    """Return polygons (m, k, 3) as (m, n, 3), the last corner repeated."""
     return polygons[:, np.minimum(np.arange(n), polygons.shape[1] - 1)]
 
 
 def strips(width: int, depth: int) -> Iterator[Rows]:
-    """The rows 0 ... width - 1 of a mask in strips that are small enough to be worked on at once."""
+    """Return the rows 0 ... width - 1 of a mask in strips that are small enough to be worked on at once."""
     step = max(SAMPLES_AT_ONCE // max(depth, 1), 1)
     for first in range(0, width, step):
         yield first, min(first + step, width)
@@ -88,7 +88,7 @@ def strips(width: int, depth: int) -> Iterator[Rows]:
 def rasterise(
     polygons: np.ndarray, shape: tuple[int, int], tolerance: float = 0.0, rows: Rows | None = None
 ) -> np.ndarray:
-    """Samples touched by convex polygons.
+    """Return the samples touched by convex polygons.
 
     Parameters
     ----------
@@ -155,14 +155,14 @@ def _fill(edges, polygons, first, n_strips, low_row: int, depth: int, tolerance:
 
 
 def _running_sums(edges: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(width, depth) sums along each column of samples up to each of them; overwrites ``edges``."""
+    """Return (width, depth) sums along each column of samples up to each of them; overwrites ``edges``."""
     width, depth = shape
     columns = edges.reshape(width, depth + 1)
     return np.cumsum(columns, axis=1, out=columns)[:, :depth]
 
 
 def solid_columns(above: np.ndarray, below: np.ndarray, shape: tuple[int, int], rows: Rows) -> np.ndarray:
-    """(rows, depth) bool: samples whose centre lies inside a closed mesh all the way between two heights.
+    """Return (rows, depth) bool: samples whose centre lies inside a closed mesh all the way between two heights.
 
     ``above`` and ``below`` (n, 4, 3) are the faces over the upper height and under the lower one, see :func:`_beyond`,
     x and y in sample units. A ray upwards from inside a solid leaves it through one face
@@ -173,7 +173,7 @@ def solid_columns(above: np.ndarray, below: np.ndarray, shape: tuple[int, int], 
 
 
 def solid_where(over: np.ndarray, under: np.ndarray) -> np.ndarray:
-    """Which samples are solid, from how many faces over and under each of them face up more than down."""
+    """Test which samples are solid, from how many faces over and under each of them face up more than down."""
     return (over > 0) & (under < 0)
 
 
@@ -231,7 +231,7 @@ class _ByRows:
         self._low, self._high = polygons[:, :, 0].min(axis=1), polygons[:, :, 0].max(axis=1)
 
     def near(self, first: int, last: int) -> np.ndarray:
-        """Those that may touch the rows, and perhaps others a sample away."""
+        """Return those that may touch the rows, and perhaps others a sample away."""
         return self._polygons[(self._high >= first - 1) & (self._low <= last + 1)]
 
 
@@ -282,7 +282,7 @@ class PolygonRaster:
 
 
 def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarray:
-    """Samples of the ground and of ``margin`` samples around it that the polygons touch, see :class:`PolygonRaster`."""
+    """Rasterise polygons on the ground and ``margin`` samples around it, see :class:`PolygonRaster`."""
     raster = PolygonRaster(grid, polygons, margin)
     width, depth = raster.shape
     occupied = np.empty((width, depth), dtype=bool)
@@ -292,7 +292,7 @@ def occupied_samples(grid: Grid, polygons: np.ndarray, margin: int) -> np.ndarra
 
 
 def _check_repeats(grid: Grid, n_tiles: int) -> None:
-    """SceneError if geometry that covers so many tiles would take too long to look at."""
+    """Raise SceneError if geometry that covers so many tiles would take too long to look at."""
     n_samples = grid.shape[0] * grid.shape[1] * SUBDIVISION**2
     # What stands on a corner covers four.
     if n_tiles * n_samples > max(MAX_SAMPLES, 4 * n_samples):
@@ -304,7 +304,7 @@ def _check_repeats(grid: Grid, n_tiles: int) -> None:
 
 
 def solid_strips(grid: Grid, triangles: np.ndarray, low: float, high: float) -> Iterator[tuple[Rows, np.ndarray]]:
-    """Samples of the ground inside closed meshes, for (T, 3, 3) world triangles in metres: (rows, (rows, 4 ny) bool).
+    """Yield the samples inside closed meshes of (T, 3, 3) world triangles in metres: (rows, (rows, 4 ny) bool).
 
     Strips in which nothing is solid are left out.
     """
@@ -344,7 +344,7 @@ def samples_within(grid: Grid, polygons: np.ndarray, distance: float) -> np.ndar
 
 
 def margin_for(grid: Grid, distance: float) -> int:
-    """Samples around the ground whose obstacles are within ``distance`` (m) of it; SceneError if those are too many."""
+    """Return the samples around the ground within ``distance`` (m) of it; SceneError if those are too many."""
     size = np.array(grid.shape[:2]) * SUBDIVISION
     if np.prod(size + 2 * (distance / grid.sample_size + 2)) > MAX_SAMPLES:
         raise SceneError(

@@ -29,7 +29,7 @@ class Shape:
 
     @cached_property
     def is_finite(self) -> bool:
-        """Whether every coordinate is a number."""
+        """True if every coordinate is a number."""
         return bool(np.isfinite(self.triangles).all())
 
 
@@ -65,6 +65,6 @@ class Piece:
 
 
 def all_triangles(pieces: Iterable[Piece]) -> np.ndarray:
-    """(T, 3, 3) world positions in metres of the triangles of all pieces, in their order."""
+    """Return (T, 3, 3) world positions in metres of the triangles of all pieces, in their order."""
     parts = [piece.triangles() for piece in pieces]
     return np.concatenate(parts) if parts else np.empty((0, 3, 3))

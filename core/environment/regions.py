@@ -12,7 +12,7 @@ from .obstacles import PolygonRaster, clip_to_heights, samples_within, strips
 
 
 class RegionRule(Enum):
-    """What a region asks of the frames that are played in it."""
+    """The demand of a region on the frames that are played in it."""
 
     REQUIRE = "require"
     FORBID = "forbid"
@@ -66,7 +66,7 @@ _FINER = 4
 
 
 def rasterise_regions(regions: Sequence[Region], grid: Grid) -> tuple[RegionMask, ...]:
-    """The regions on the grid's sample mask, rounded to the safe side of their rules.
+    """Return the regions on the grid's sample mask, rounded to the safe side of their rules.
 
     Regions that confine the same tag add up, also where they only meet: they become one mask.
 
@@ -105,7 +105,7 @@ def _shadow(regions: Sequence[Region]) -> np.ndarray:
 
 
 def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
-    """(4 nx, 4 ny) bool: samples inside the polygons.
+    """Return (4 nx, 4 ny) bool: samples inside the polygons.
 
     On a finer mask, what the border crosses has an untouched neighbour on the border's outer side; what is left when
     all that has one is taken away lies inside, and so do the samples made of nothing else.

@@ -5,8 +5,8 @@ Little-endian numbers without a header, for n nodes and L links: (n, 4) uint16 x
 is what :func:`core.tuning.budget.table_bytes` counts, to the byte. Nodes are in order of segment, heading, x and y, the
 links of a node in order of the stencils that they play.
 
-What may be played from a cell in a heading is the same for all segments that have the same children (a merge), so it is
-looked up once for each heading: a few cells for each stencil, where the links themselves are many times as many.
+What may be played from a cell in a heading is the same for all segments that have the same children (an exit group), so
+it is looked up once for each heading: a few cells for each stencil, where the links themselves are many times as many.
 """
 
 from collections.abc import Generator
@@ -50,8 +50,8 @@ def engine_table_steps(embedding: Embedding) -> Generator[Progress, None, bytear
     begins, after = numbers[: len(rows) + 1], numbers[len(rows) + 1 :]
     for heading in range(n_headings):
         ways = _ways_in(embedding, able, first_node, heading)
-        for merge, members in enumerate(network.exit_groups):
-            done = (heading + merge / len(network.exit_groups)) / n_headings
+        for group, members in enumerate(network.exit_groups):
+            done = (heading + group / len(network.exit_groups)) / n_headings
             yield Progress(_COUNTED + (1 - _COUNTED) * done, "Listing links")
             playable = np.zeros(n_segments, dtype=bool)
             playable[network.children[members[0]]] = True

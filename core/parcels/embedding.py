@@ -32,7 +32,7 @@ MAPS = "maps"
 
 @dataclass(frozen=True)
 class ParcelSummary:
-    """What came of embedding a large ground.
+    """The figures of an embedded large ground.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def embed_parcels_steps(
 
 
 def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, None, str | None]:
-    """The name of the set with the largest strongly connected component; None if no node lies on a cycle."""
+    """Return the name of the set with the largest strongly connected component; None if no node lies on a cycle."""
     number = numbers()
     # Turn 0 searches everything, and need not know what that is: only how much of it is left over.
     image = yield from work.all_steps("image", tasks.send_image, None, "image")
@@ -123,7 +123,7 @@ def _largest_component(work: Work, explicit_links: int) -> Generator[Progress, N
 
 
 def _rest(work: Work, name: str, image: Phase, whole: str | None, part: str | None) -> Generator[Progress, None, str]:
-    """What is left of a set, None for everything that any link leads to, without a part of it."""
+    """Subtract a part from a set; None stands for everything that any link leads to. Returns the name of the rest."""
     if whole is None:
         whole = "everything"
         yield from work.all_steps("everything written", tasks.join_messages, "image", image.inboxes(), None, whole)
@@ -134,7 +134,7 @@ def _rest(work: Work, name: str, image: Phase, whole: str | None, part: str | No
 
 
 def _trimmed(work: Work, name: str, nodes: str, left: int, enough: int) -> Generator[Progress, None, tuple[int, str]]:
-    """A set without most of its loose ends, see :func:`core.embedding.component.largest_component_steps`."""
+    """Trim most loose ends of a set, see :func:`core.embedding.component.largest_component_steps`."""
     for turn in numbers():
         entered, kept = f"{name} entered {turn}", f"{name} kept {turn}"
         image = yield from work.all_steps(f"{name} image {turn}", tasks.send_image, nodes, f"{name} image {turn}")
@@ -154,7 +154,7 @@ def _is_small(work: Work, nodes: str, name: str, explicit_links: int) -> Generat
 
 
 def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[Progress, None, dict[int, str]]:
-    """Nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node.
+    """Choose nodes that all lie in one component of ``nodes``: the cores that lead to each other, or one node.
 
     Returns the parcels that have any, each with the name of the set.
     """
@@ -184,7 +184,7 @@ def _seed(work: Work, image: Phase, nodes: str | None, name: str) -> Generator[P
 
 
 def _largest_written_out(work: Work, nodes: str, out: str):
-    """The largest component inside a set of few links, by SciPy."""
+    """Return the largest component inside a set of few links, by SciPy."""
     halo = yield from work.all_steps(f"halo of {nodes}", tasks.send_nodes, nodes)
     if work.known(out) is None:
         parts = yield from work.results_steps(f"{nodes} written out", tasks.written_out, nodes, halo.inboxes())
@@ -195,7 +195,7 @@ def _largest_written_out(work: Work, nodes: str, out: str):
 
 
 def _largest(nodes: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Numbers of the nodes of the largest component that has a cycle; of equal ones, that of the lowest number."""
+    """Return the nodes of the largest component that has a cycle; of equal ones, that of the lowest number."""
     nodes = np.sort(nodes)
     start, end = np.searchsorted(nodes, starts), np.searchsorted(nodes, ends)
     matrix = sparse.csr_array((np.ones(len(start), dtype=bool), (start, end)), shape=(len(nodes),) * 2)
@@ -211,7 +211,7 @@ def _largest(nodes: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndar
 
 
 def _has_cycle(work: Work, name: str, size: int) -> Generator[Progress, None, bool]:
-    """Whether a strongly connected set is more than one node that no link joins to itself."""
+    """Test whether a strongly connected set is more than one node that no link joins to itself."""
     if size > 1:
         return True
     halo = yield from work.all_steps(f"halo of {name}", tasks.send_nodes, name)

@@ -68,7 +68,7 @@ class ParcelPlan:
         return Grid(shape, self.grid.cell_size)
 
     def own_cells(self, index: int) -> np.ndarray:
-        """(frame nx, frame ny) bool: the cells that belong to a parcel."""
+        """Return (frame nx, frame ny) bool: the cells that belong to a parcel."""
         parcel, own = self.parcels[index], np.zeros(self.frame.shape[:2], dtype=bool)
         own[self.halo_x : self.halo_x + parcel.nx, self.halo_y : self.halo_y + parcel.ny] = True
         return own
@@ -95,7 +95,7 @@ class ParcelPlan:
         return tuple(found)
 
     def crop(self, environment: Environment, index: int, margin: int = 1) -> Environment:
-        """What a parcel sees of the ground: its frame, or with ``margin`` 2 one with halos twice as wide.
+        """Cut out what a parcel sees of the ground: its frame, or with ``margin`` 2 one with halos twice as wide.
 
         Beyond a ground that is not tiled everything is blocked.
         """

@@ -45,29 +45,29 @@ class Problem:
         return _sweep(self.graph, self.plan.frame, self.environment.tags, self.settings)
 
     def network(self, index: int) -> StepNetwork:
-        """The links that start in a parcel; they end in it or in its halo."""
+        """Return the links that start in a parcel; they end in it or in its halo."""
         own = self.own(index)
         unrolling = finish(unroll_steps(self.sweep, self.plan.crop(self.environment, index)))
         valid = tuple(plane & own for plane in unrolling.valid)
         return StepNetwork(Unrolling(self.sweep, valid), self.graph.links, len(self.graph.segments))
 
     def own(self, index: int) -> int:
-        """The plane of a parcel's own cells."""
+        """Return the plane of a parcel's own cells."""
         return self.sweep.layout.pack(self.plan.own_cells(index))
 
     def set_path(self, name: str, index: int) -> Path:
         return self.folder / "sets" / name / f"{index}.set"
 
     def message_path(self, name: str, sender: int, place: int) -> Path:
-        """What a parcel sends its neighbour number ``place``."""
+        """Return the file of the message of a parcel to its neighbour number ``place``."""
         return self.folder / "messages" / name / f"{sender}-{place}.set"
 
     def everywhere(self, plane: int) -> NodeSet:
-        """The set of all nodes on the cells of a plane."""
+        """Return the set of all nodes on the cells of a plane."""
         return NodeSet((plane,) * (len(self.graph.segments) * self.plan.grid.shape[2]))
 
     def read(self, name: str, index: int) -> NodeSet:
-        """A set in a parcel, its own cells only."""
+        """Read a set in a parcel, its own cells only."""
         return read_set(self.set_path(name, index))
 
     def write(self, name: str, index: int, nodes: NodeSet, lasting: bool = False) -> None:
@@ -92,7 +92,7 @@ class Problem:
         return sent
 
     def _seen(self, sender: int, place: int, to_own: bool) -> int:
-        """The plane of the sender's cells that are the neighbour's own, or in the neighbour's frame."""
+        """Return the plane of the sender's cells that are the neighbour's own, or in the neighbour's frame."""
         nx, ny, _ = self.plan.frame.shape
         neighbour = self.plan.neighbours[sender][place]
         x, y = np.arange(nx) + neighbour.dx, np.arange(ny) + neighbour.dy
@@ -106,7 +106,7 @@ class Problem:
 
 
 def union_of_files(paths: Sequence[str], nodes: NodeSet) -> NodeSet:
-    """The union of a set with those in some files."""
+    """Return the union of a set with those in some files."""
     for path in paths:
         nodes = nodes | read_set(Path(path))
     return nodes
@@ -166,7 +166,7 @@ def create_problem(
 
 @lru_cache(maxsize=1)
 def open_problem(folder: str) -> Problem:
-    """The problem in a folder; large masks stay on the disk until a parcel is cut out of them.
+    """Return the problem in a folder; large masks stay on the disk until a parcel is cut out of them.
 
     Raises EmbeddingError if the folder holds none.
     """
@@ -194,5 +194,5 @@ def open_problem(folder: str) -> Problem:
 
 @lru_cache(maxsize=2)
 def open_network(folder: str, index: int) -> StepNetwork:
-    """The links of a parcel, kept by the worker that made them: the next task is often about the same one."""
+    """Return the links of a parcel, kept by the worker that made them: the next task is often about the same one."""
     return open_problem(folder).network(index)

@@ -28,7 +28,7 @@ def write_set(path: Path, nodes: NodeSet, plane_bytes: int, lasting: bool = Fals
 
 
 def read_set(path: Path) -> NodeSet:
-    """The set of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
+    """Read the set of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
     try:
         raw = path.read_bytes()
     except OSError as error:

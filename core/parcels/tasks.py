@@ -1,4 +1,4 @@
-"""What a worker does with one parcel. Every task reads files, writes new ones and returns a few numbers.
+"""Tasks of a worker on one parcel. Every one reads files, writes new ones and returns a few numbers.
 
 The first arguments of all of them are the problem's folder and the parcel's index.
 """
@@ -28,7 +28,7 @@ Messages = dict[int, list[str]]
 
 @dataclass(frozen=True)
 class TaskResult:
-    """What came of a task: how many nodes it wrote, and what the neighbours have to know.
+    """The number of nodes that a task wrote, and the messages for the neighbours.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class TaskResult:
 
 
 def _beyond(folder: str, index: int) -> NodeSet:
-    """All nodes in a parcel's halo."""
+    """Return all nodes in a parcel's halo."""
     problem = open_problem(folder)
     return problem.everywhere(problem.sweep.layout.ground ^ problem.own(index))
 
 
 def _read(folder: str, index: int, name: str | None) -> NodeSet:
-    """A set on a parcel's own cells: None for all nodes there."""
+    """Read a set on a parcel's own cells: None for all nodes there."""
     problem = open_problem(folder)
     return problem.everywhere(problem.own(index)) if name is None else problem.read(name, index)
 
@@ -56,7 +56,7 @@ def _read(folder: str, index: int, name: str | None) -> NodeSet:
 
 
 def send_image(folder: str, index: int, name: str | None, out: str) -> TaskResult:
-    """Where links lead from a set (None for all nodes): kept as ``out`` in the own cells, sent to the neighbours."""
+    """Write the image of a set (None for all nodes) as ``out`` on the own cells, and send the rest of it."""
     problem, network = open_problem(folder), open_network(folder, index)
     image = network.image(_read(folder, index, name))
     sent = problem.send(out, index, image, to_own=True)
@@ -75,7 +75,7 @@ def send_nodes(folder: str, index: int, name: str) -> TaskResult:
 def join_messages(
     folder: str, index: int, name: str, messages: Sequence[str], within: str | None, out: str | None
 ) -> TaskResult:
-    """A set with what the neighbours sent of it, as far as it lies in another; only counted if ``out`` is None."""
+    """Join a set with what the neighbours sent of it, inside another; only count it if ``out`` is None."""
     problem = open_problem(folder)
     planes = union_of_files(messages, problem.read(name, index))
     if within is not None:
@@ -86,7 +86,7 @@ def join_messages(
 
 
 def keep(folder: str, index: int, name: str, out: str) -> TaskResult:
-    """A copy of a set that takes little room."""
+    """Write a copy of a set that takes little room."""
     problem = open_problem(folder)
     planes = problem.read(name, index)
     problem.write(out, index, planes, lasting=True)
@@ -94,7 +94,7 @@ def keep(folder: str, index: int, name: str, out: str) -> TaskResult:
 
 
 def keep_able(folder: str, index: int, name: str, messages: Sequence[str], out: str) -> TaskResult:
-    """The nodes of a set with a link to one of the set, here or in what the neighbours sent of it."""
+    """Keep the nodes of a set with a link to one of the set, here or in what the neighbours sent of it."""
     problem, network = open_problem(folder), open_network(folder, index)
     planes = problem.read(name, index)
     kept = planes & network.preimage(union_of_files(messages, planes))
@@ -103,7 +103,7 @@ def keep_able(folder: str, index: int, name: str, messages: Sequence[str], out: 
 
 
 def subtract(folder: str, index: int, name: str, other: str, out: str) -> TaskResult:
-    """The nodes of a set that are not in ``other``, a subset of it."""
+    """Write the nodes of a set that are not in ``other``."""
     problem = open_problem(folder)
     planes = problem.read(name, index) - problem.read(other, index)
     problem.write(out, index, planes)
@@ -114,7 +114,7 @@ def subtract(folder: str, index: int, name: str, other: str, out: str) -> TaskRe
 
 
 def find_core(folder: str, index: int, within: str | None, out: str) -> TaskResult:
-    """The largest strongly connected component of a parcel for itself; send the neighbours where it leads to them."""
+    """Find the largest strongly connected component of a parcel for itself; send the neighbours where it leads."""
     problem, network = open_problem(folder), open_network(folder, index)
     nodes = _read(folder, index, within)
     core = finish(largest_component_steps(network, within=nodes)).nodes
@@ -127,7 +127,7 @@ def find_core(folder: str, index: int, within: str | None, out: str) -> TaskResu
 
 
 def touched(folder: str, index: int, core: str, within: str | None, messages: Sequence[str]) -> list[bool]:
-    """For each of the neighbours that sent where their cores lead: whether that leads into a parcel's own core."""
+    """Test, for each neighbour that sent where its core leads, whether that leads into a parcel's own core."""
     problem = open_problem(folder)
     seed, limits = problem.read(core, index), _read(folder, index, within)
     if not messages or not seed:
@@ -144,14 +144,14 @@ def touched(folder: str, index: int, core: str, within: str | None, messages: Se
 
 
 def clear(folder: str, index: int, out: str) -> TaskResult:
-    """An empty set."""
+    """Write an empty set."""
     problem = open_problem(folder)
     problem.write(out, index, problem.everywhere(0))
     return TaskResult(0)
 
 
 def place_node(folder: str, index: int, within: str, out: str) -> TaskResult:
-    """The set of one node of a parcel's nodes."""
+    """Write the set of one node of a parcel's nodes."""
     problem = open_problem(folder)
     nodes = problem.read(within, index)
     first = next((i for i, plane in enumerate(nodes.planes) if plane), None)
@@ -190,7 +190,7 @@ def go_on(
 def go_back(
     folder: str, index: int, known: str | None, messages: Sequence[str], within: str | None, out: str
 ) -> TaskResult:
-    """As :func:`go_on`, against the links."""
+    """Follow links as :func:`go_on` does, but backwards."""
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
     # What the neighbours send lies in the halo and is new to this parcel, whatever it knows of its own cells.
@@ -215,7 +215,7 @@ def _known(folder: str, index: int, known: str | None) -> NodeSet:
 
 
 def count_links(folder: str, index: int, name: str, messages: Sequence[str], enough: float = np.inf) -> int:
-    """Links between nodes of a set that start in a parcel."""
+    """Count the links between nodes of a set that start in a parcel."""
     problem, network = open_problem(folder), open_network(folder, index)
     around = union_of_files(messages, problem.read(name, index))
     return network.count_links(around, enough)
@@ -224,7 +224,7 @@ def count_links(folder: str, index: int, name: str, messages: Sequence[str], eno
 def written_out(
     folder: str, index: int, name: str, messages: Sequence[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The nodes of a set on a parcel's own cells, and the links that start there, by numbers on the whole ground.
+    """List a set's nodes on a parcel's own cells, and the links that start there, by numbers on the whole ground.
 
     Returns (n,) nodes, (L,) starts and (L,) ends; the number of a node is (cell * n_headings + heading) * n_segments +
     segment, its cell x * ny + y, so that numbers are in the order of x, y, heading, segment.
@@ -243,7 +243,7 @@ def written_out(
 
 
 def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> TaskResult:
-    """The set of the nodes with these numbers (those of :func:`written_out`) that lie on a parcel's own cells."""
+    """Write the set of the nodes with these numbers (see :func:`written_out`) that lie on a parcel's own cells."""
     problem, network = open_problem(folder), open_network(folder, index)
     plan, n_segments = problem.plan, len(problem.graph.segments)
     parcel, (_, ny, n_headings) = plan.parcels[index], plan.grid.shape
@@ -258,7 +258,7 @@ def keep_numbers(folder: str, index: int, numbers: np.ndarray, out: str) -> Task
 
 
 def first_node(folder: str, index: int, name: str) -> int | None:
-    """The lowest number (see :func:`written_out`) of a node of a set in a parcel; None if it has none."""
+    """Return the lowest number (see :func:`written_out`) of a node of a set in a parcel; None if it has none."""
     problem = open_problem(folder)
     plan, layout, n_segments = problem.plan, problem.sweep.layout, len(problem.graph.segments)
     parcel, (_, ny, n_headings) = plan.parcels[index], plan.grid.shape
@@ -305,7 +305,7 @@ def _wide_sweep(folder: str, cells: tuple[int, int]):
 
 
 def _moved_shifts(sweep, cells: tuple[int, int]) -> dict:
-    """The same paths on a larger ground: shifts depend on how long its rows are."""
+    """Return the same paths on a larger ground: shifts depend on how long its rows are."""
     old, layout = sweep.layout, replace(sweep.layout, nx=cells[0], ny=cells[1])
     shift = np.array(sweep.shift, dtype=int)
     dx = np.floor_divide(shift + old.reach_y, old.stride)

@@ -32,7 +32,7 @@ class Serial(Executor):
 
 @dataclass(frozen=True)
 class Phase:
-    """What all parcels' tasks of a phase came to.
+    """The results of all parcels' tasks of a phase.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Work:
         self.n_parcels = len(problem.plan.parcels)
 
     def all_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, Phase]:
-        """One task for each parcel that returns :class:`TaskResult`.
+        """Run a task on each parcel that returns :class:`TaskResult`.
 
         An argument that is a dict is looked up by the parcel: messages for it, () if there is none.
         """
@@ -85,13 +85,13 @@ class Work:
         return Phase(n_nodes, [(parcel, path) for parcel, path in messages])
 
     def numbers_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, list]:
-        """As :meth:`all_steps`, for tasks that return what JSON can hold."""
+        """Run tasks that return what JSON can hold, see :meth:`all_steps`."""
         if name not in self._journal:
             self._write(name, (yield from self.results_steps(name, task, *arguments)))
         return self._journal[name]
 
     def results_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, list]:
-        """What the tasks return, in the order of the parcels; not written into the journal."""
+        """Run tasks and return their results in the order of the parcels; not written into the journal."""
         futures = [self._submit(task, parcel, arguments) for parcel in range(self.n_parcels)]
         yield from self._finish(name, futures)
         return [future.result() for future in futures]
@@ -154,7 +154,7 @@ class Work:
         shutil.rmtree(self.problem.folder / "messages", ignore_errors=True)
 
     def known(self, name: str) -> Any | None:
-        """What the journal says of a phase; None if it has not been run."""
+        """Return what the journal holds of a phase; None if it has not been run."""
         return self._journal.get(name)
 
     def record(self, name: str, result: Any) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from core.archive import ArchiveFormat, archive_from_bytes, archive_to_bytes
 from core.embedding.archive import embedding_from_bytes, embedding_to_bytes, load_embedding
-from core.embedding.arrays import EMBEDDING_FORMAT, parts_to_arrays
+from core.embedding.arrays import EMBEDDING_FORMAT, fields_to_arrays
 from core.embedding.embedding import Embedding, EmbeddingSettings, embed, restrict_steps
 from core.embedding.footprint import FootprintRule, FootprintSettings
 from core.environment.environment import Environment
@@ -287,7 +287,7 @@ def test_files_of_earlier_versions_are_refused(with_checksum):
 def test_values_that_do_not_fit_together_are_refused(data):
     """A made-up archive, sound as a file: any array or entry may be missing or another one."""
     embedding = small_archives()[0][1]
-    content, arrays = parts_to_arrays(*embedding.parts)
+    content, arrays = fields_to_arrays(*embedding.fields)
     content = json.loads(json.dumps(content))
     if data.draw(st.booleans()):
         name = data.draw(st.sampled_from(sorted(arrays)))

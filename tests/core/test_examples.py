@@ -14,11 +14,7 @@ FEWEST_EXAMPLES = 30
 NOT_YET = (
     "addon/bridge/bvh_file",
     "addon/bridge/import_bvh",
-    "core/archive",
-    "core/embedding",
-    "core/environment",
     "core/errors",
-    "core/parcels",
     "core/motion",
     "core/progress",
     "core/wording",

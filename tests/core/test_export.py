@@ -204,7 +204,7 @@ def test_files_are_made_in_steps():
             break
     fractions = [progress.fraction for progress in told]
     assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1
-    # One for each heading and merge at least, so that whoever presses Esc need not wait.
+    # One for each heading and exit group at least, so that whoever presses Esc need not wait.
     assert len(told) > 12 * len(embedding.network.exit_groups)
     assert list(dict.fromkeys(progress.message for progress in told)) == [
         "Counting links",
