@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .errors import MotionGraphError
-from .files import replace_file
+from .files import LARGEST_RATIO, from_json, read_regular, replace_file
 
 Value = TypeVar("Value")
 Arrays = Mapping[str, np.ndarray]
@@ -32,11 +32,12 @@ Arrays = Mapping[str, np.ndarray]
 #: Types that arrays may have in an archive, little endian.
 _TYPES = ("|b1", "|u1", "<i4", "<i8", "<f8")
 
-#: Deflate makes nothing smaller than this.
-_SMALLEST_SHARE = 1 / 1040
-
 _MAX_HEADER_BYTES = 64_000_000
 _MAX_BYTES = 4_000_000_000
+
+_ALWAYS_BYTES, _LARGEST_RATIO = 64_000_000, 100
+"""Bytes that the arrays of an archive may have, and how many times its own size if that is more: real ones are 2 to 40
+times as large, so that no small file makes large ones."""
 
 #: What reading damaged or made up bytes can end in, besides the sentences of this module.
 DAMAGE = (
@@ -107,12 +108,8 @@ def archive_from_bytes(
     damaged = f"'{source}' is damaged or no {form.name} that Wayfarer saved, and cannot be read"
     try:
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            largest = min(_MAX_HEADER_BYTES, len(raw) / _SMALLEST_SHARE)
-            size = archive.getinfo("header.npy").file_size - len(_npy_start("|u1", (0,)))
-            if not 0 <= size <= largest:
-                raise form.error(f"{damaged}: its header is too large.")
-            raw_header = _read_member(archive, "header", "|u1", (size,))
-            header = json.loads(raw_header.tobytes())
+            raw_header = _read_header(archive, len(raw))
+            header = from_json(raw_header.tobytes())
             held, version = str(header["format"]), header["version"]
             if held != f"wayfarer {form.name}":
                 raise form.error(f"'{source}' holds a {held.removeprefix('wayfarer ')} and no {form.name}.")
@@ -127,7 +124,9 @@ def archive_from_bytes(
                     f"{form.version}); make it anew."
                 )
             kinds = {name: (str(kind), tuple(map(int, shape))) for name, (kind, shape) in header["arrays"].items()}
-            if sum(_n_bytes(*kind) for kind in kinds.values()) > min(_MAX_BYTES, len(raw) / _SMALLEST_SHARE):
+            if sum(_n_bytes(*kind) for kind in kinds.values()) > max(
+                _ALWAYS_BYTES, min(_MAX_BYTES, _LARGEST_RATIO * len(raw))
+            ):
                 raise form.error(f"{damaged}: it announces more than a file of its size can hold.")
             arrays = {name: _read_member(archive, name, *kind) for name, kind in kinds.items()}
             checksum = _read_member(archive, "checksum", "|u1", (hashlib.sha256().digest_size,)).tobytes()
@@ -143,6 +142,12 @@ def archive_from_bytes(
         raise form.error(f"{damaged} ({problem}).") from problem
 
 
+def archive_kind(raw: bytes) -> str:
+    """Return what an archive says that it holds; one of ``DAMAGE`` if it is none. The rest may be damaged."""
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        return str(from_json(_read_header(archive, len(raw)).tobytes())["format"]).removeprefix("wayfarer ")
+
+
 def save_archive(path: str | os.PathLike, raw: bytes, form: ArchiveFormat) -> None:
     """Write a file as a whole or not at all: what was there before stays until the new one is complete."""
     try:
@@ -154,7 +159,7 @@ def save_archive(path: str | os.PathLike, raw: bytes, form: ArchiveFormat) -> No
 def load_archive(path: str | os.PathLike, form: ArchiveFormat) -> bytes:
     """Return the bytes of a file; the format's error if it cannot be read."""
     try:
-        return Path(path).read_bytes()
+        return read_regular(path)
     except OSError as problem:
         raise form.error(f"'{path}' cannot be read: {problem.strerror or problem}.") from problem
 
@@ -170,6 +175,14 @@ def _npy_start(kind: str, shape: tuple[int, ...]) -> bytes:
     start = io.BytesIO()
     np.lib.format.write_array_header_1_0(start, {"descr": kind, "fortran_order": False, "shape": shape})
     return start.getvalue()
+
+
+def _read_header(archive: zipfile.ZipFile, n_bytes: int) -> np.ndarray:
+    """Return the header of an archive of ``n_bytes`` bytes, as bytes; ValueError if it is too large."""
+    size = archive.getinfo("header.npy").file_size - len(_npy_start("|u1", (0,)))
+    if not 0 <= size <= min(_MAX_HEADER_BYTES, LARGEST_RATIO * n_bytes):
+        raise ValueError("its header is too large")
+    return _read_member(archive, "header", "|u1", (size,))
 
 
 def _read_member(archive: zipfile.ZipFile, name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:

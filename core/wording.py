@@ -6,6 +6,9 @@ Files that programs read (CSV, JSON) hold plain numbers, and units in ASCII: "m2
 
 import math
 
+_LONGEST = 60
+"""Characters of what somebody wrote that are repeated in a sentence."""
+
 
 def number(count: int) -> str:
     """ "7", "1,200": all digits of what can be counted."""
@@ -20,6 +23,23 @@ def of(part: int, whole: int) -> str:
 def counted(count: int, noun: str, plural: str = "") -> str:
     """ "1 clip", "1,200 clips"; ``plural`` for nouns that do not just take an s."""
     return f"{number(count)} {noun if count == 1 else plural or f'{noun}s'}"
+
+
+def quoted(value: object) -> str:
+    """A value that somebody wrote, as it was written if that is short: "'all'", "-1"; never longer than a line.
+
+    >>> quoted("all"), quoted([10**30] * 9)
+    ("'all'", '[1000000000000000000000000000000, 1000000000000000000000000...')
+    """
+    if isinstance(value, int) and abs(value) >= 10**_LONGEST:
+        return "a number of too many digits"
+    if isinstance(value, str):
+        value = value[: _LONGEST + 1]
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):
+        return "that"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 def short(value: float) -> str:

@@ -5,6 +5,8 @@ Calls the operators that the panel's buttons call, then draws pictures and saves
 
 import argparse
 import json
+import tempfile
+import uuid
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -21,6 +23,7 @@ from ..addon.walks.request import read_motion_request, read_request
 from ..core.errors import ClipError, SceneError, StorageError
 from ..core.evaluation.floor import floor_cells
 from ..core.evaluation.weak_spots import connected_areas
+from ..core.files import check_folder, write_files
 from ..core.playback.styles import walk_steps
 from ..core.playback.walk import Walk
 from ..core.playback.walk_motion import motion_steps
@@ -29,6 +32,8 @@ from ..core.wording import area, counted, number, place, share, time
 from .pictures.map_picture import MapScene, draw_map
 from .pictures.view_picture import choose_moments, draw_view
 from .pictures.viewports import add_camera_and_sun, set_up_viewports
+
+FILES = ("demo.blend", "map.png", "view.png", "report.json")
 
 _FRAME_RATE = 30
 _SMALLEST_GAP = 1.0
@@ -41,7 +46,7 @@ def main(words: list[str], journal, start_seconds: float) -> None:
     _check(options)
     journal.note("start", "Starting Blender", start_seconds)
     report = run(options, journal)
-    (options.out / "report.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    write_files(options.out, {"report.json": (json.dumps(report, indent=2) + "\n").encode()})
     _tell(report, options.out)
 
 
@@ -66,6 +71,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.blend is not None and not options.blend.is_file():
         raise SceneError(f"There is no file '{options.blend}'; name a .blend file.")
     make_folder(options.out)
+    check_folder(options.out, FILES)
 
 
 def make_folder(folder: Path) -> None:
@@ -79,7 +85,7 @@ def make_folder(folder: Path) -> None:
 def _tell(report: dict, out: Path) -> None:
     total = sum(report["seconds"].values())
     print("", *report["summary"], f"All of it took {total:.0f} s.", sep="\n")
-    for name in ("demo.blend", "map.png", "view.png", "report.json"):
+    for name in FILES:
         print(f"  {out / name}")
 
 
@@ -111,9 +117,12 @@ def run(options: argparse.Namespace, journal) -> dict:
     journal.run("walk", "Walking", operators.random_walk)
 
     shown = shown_scene()
-    journal.run("map picture", "Drawing map.png", _draw_map, options.out / "map.png", shown)
-    journal.run("view picture", "Drawing view.png", draw_walk_view, options.out / "view.png", shown)
-    journal.run("save", "Saving demo.blend", _save, options.out / "demo.blend", shown)
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = {name: Path(folder) / name for name in ("map.png", "view.png")}
+        journal.run("map picture", "Drawing map.png", _draw_map, pictures["map.png"], shown)
+        journal.run("view picture", "Drawing view.png", draw_walk_view, pictures["view.png"], shown)
+        write_files(options.out, {name: picture.read_bytes() for name, picture in pictures.items()})
+    journal.run("save", "Saving demo.blend", _save, options.out, shown)
     return _report(journal.seconds, tried)
 
 
@@ -256,14 +265,20 @@ def _special_frames(walk) -> np.ndarray:
     return frames
 
 
-def _save(path, shown: MapScene) -> None:
+def _save(out: Path, shown: MapScene) -> None:
     scene = bpy.context.scene
     set_up_viewports(shown)
     add_camera_and_sun(scene, shown)
     # The walk at its own pace, even where the viewport is slow.
     scene.sync_mode = "FRAME_DROP"
     bpy.context.preferences.filepaths.save_version = 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
+    # In the same folder, which relative paths begin from.
+    path = out / f".writing-{uuid.uuid4().hex}.blend"
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)
+        write_files(out, {"demo.blend": path.read_bytes()})
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def _report(seconds: dict[str, float], tried: list[TriedWalk]) -> dict:

@@ -2,7 +2,8 @@
 
 A program of its own, because workers must not start Blender and know the core by its own name only. What .blend files
 hold has been read into FOLDER before (``study.py``). Dask is imported only if it is used. Exit codes: 0 if every case
-has a result, 1 with a sentence if the study cannot go on, 3 if cases failed, 130 if it was stopped.
+has a result, 1 with a sentence if the study cannot go on, 3 if cases failed, 130 if it was stopped (Ctrl-C), 143 if it
+was terminated (SIGTERM); its workers end with it.
 """
 
 import argparse
@@ -10,11 +11,13 @@ import contextlib
 import importlib
 import logging
 import os
+import signal
 import sys
 import threading
 import time
+import uuid
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,8 +32,12 @@ _NO_DASK = (
     "Dask is not installed in '{}'. Install it there (pip install distributed), or say --scheduler processes for a "
     "study on this machine without Dask."
 )
-_NOTED = "shared.txt"
-"""A file in the study's folder that every worker must see."""
+_NO_TLS = (
+    "A Dask cluster on this machine is encrypted, so that no other user can reach it, which needs the package "
+    "'cryptography'. Install it in '{}' (pip install cryptography), or say --scheduler processes."
+)
+_NOTED = ".shared-"
+"""What the name of a file begins with that every worker must see in the study's folder, for a moment."""
 
 _PATIENCE = 15
 """Seconds to wait for a scheduler to answer."""
@@ -51,7 +58,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="cluster.py", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("file", type=Path)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--scheduler", default=LOCAL)
+    parser.add_argument("--scheduler", default=PROCESSES)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--quiet", action="store_true")
     return parser.parse_args(words)
@@ -62,8 +69,12 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
     """An executor, of a Dask cluster on this machine, of the scheduler at an address, or of plain processes, and what
     to call now and then, so that missing workers are said."""
     if scheduler == PROCESSES:
-        with ProcessPoolExecutor(n_workers, get_context("spawn")) as executor:
-            yield executor, lambda: None
+        with Processes(n_workers, get_context("spawn"), initializer=_watch_parent) as executor:
+            try:
+                yield executor, lambda: None
+            except BaseException:
+                executor.end_now()
+                raise
         return
     try:
         distributed = importlib.import_module("distributed")
@@ -72,6 +83,13 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
     # What it has to say is said by the study: which case failed, and why.
     for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    security = None
+    if scheduler == LOCAL:
+        # Whoever reaches a scheduler can run anything: nobody does without these credentials, made for this study.
+        try:
+            security = distributed.Security.temporary()
+        except ImportError:
+            raise StudyError(_NO_TLS.format(sys.executable)) from None
     with contextlib.ExitStack() as stack:
         if scheduler == LOCAL:
             address = stack.enter_context(
@@ -79,14 +97,16 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
                     n_workers=n_workers or os.cpu_count() or 1,
                     threads_per_worker=1,
                     processes=True,
-                    host="127.0.0.1",
-                    dashboard_address="127.0.0.1:0",
+                    protocol="tls",
+                    security=security,
+                    host="tls://127.0.0.1",
+                    dashboard_address=None,
                 )
             )
         else:
             address = scheduler
         try:
-            client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE))
+            client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE, security=security))
         except (OSError, TimeoutError, ValueError) as error:
             reason = str(error).strip().split("\n")[0] or type(error).__name__
             raise StudyError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
@@ -97,13 +117,54 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
         yield client.get_executor(pure=False), roll_call
 
 
+class Processes(ProcessPoolExecutor):
+    """Processes on this machine, which hear of Ctrl-C from us only, and end when we do."""
+
+    def submit(self, *args, **kwargs):
+        # A process is started here, and keeps ignoring what is ignored now.
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            return super().submit(*args, **kwargs)
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def end_now(self) -> None:
+        """End all processes, whatever they are doing."""
+        processes = list((self._processes or {}).values())
+        self.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
+
+
+def _watch_parent() -> None:
+    """In a process of ours: end with the one that started it, however that ends."""
+    parent = parent_process()
+
+    def end_after_parent() -> None:
+        parent.join()
+        os._exit(1)
+
+    if parent is not None:
+        threading.Thread(target=end_after_parent, daemon=True).start()
+
+
+class Terminated(BaseException):
+    """SIGTERM has come."""
+
+
+def _terminated(*_) -> None:
+    # Once is enough: nothing interrupts the end.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    raise Terminated
+
+
 def check_workers(client, folder: Path) -> None:
     """StudyError unless there are workers, all see the study's folder, and they and the scheduler know the core."""
     try:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:
         raise StudyError("The scheduler has no workers; start some: dask worker ADDRESS.") from None
-    note = folder / _NOTED
+    note = folder / f"{_NOTED}{uuid.uuid4().hex}"
     text = str(time.time_ns())
     core("files").write_whole(note, text.encode())
     try:
@@ -198,11 +259,15 @@ def _spoken(seconds: float) -> str:
 
 def main(words: list[str]) -> int:
     options = parse(words)
-    files = core("files")
+    signal.signal(signal.SIGTERM, _terminated)
+    # Workers find no modules in the current folder, where anything may lie.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    sources = core("study.sources")
     try:
         plan = core("study.plan").read_plan(options.file)
         folder = options.out.resolve()
         place = open_executor(options.scheduler, options.workers, folder)
+        sources.check_study_folder(folder)
         with core("study.lock").only_one(folder), place as (executor, roll_call):
             write = None if options.quiet else sys.stderr.write
             lines = core("progress").ProgressLines(write, lambda progress: progress.fraction)
@@ -213,20 +278,26 @@ def main(words: list[str]) -> int:
 
             steps = core("study.run").run_study_steps(plan, folder, executor)
             outcome = core("progress").finish(steps, report)
-        csv, page = folder / "results.csv", folder / "results.html"
-        files.write_whole(csv, core("study.results").results_table(outcome).csv().encode())
-        files.write_whole(page, core("study.report").study_page(outcome).encode())
+        files = {
+            sources.TABLE_FILE: core("study.results").results_table(outcome).csv().encode(),
+            sources.PAGE_FILE: core("study.report").study_page(outcome).encode(),
+        }
+        core("files").write_files(folder, files)
     except core("errors").MotionGraphError as error:
         print(f"study: {error}", file=sys.stderr, flush=True)
         return 1
     except KeyboardInterrupt:
         print("study: stopped; start it again to go on.", file=sys.stderr, flush=True)
         return 130
+    except Terminated:
+        print("study: terminated; start it again to go on.", file=sys.stderr, flush=True)
+        return 143
     for sentence in core("study.results").failures(outcome):
         print(f"Failed: {sentence}", file=sys.stderr, flush=True)
     print(
         f"{len(outcome.outcomes)} cases: {len(outcome.outcomes) - outcome.n_failed} with results, "
-        f"{outcome.n_known} of them from before; {outcome.n_failed} failed.\n  {csv}\n  {page}",
+        f"{outcome.n_known} of them from before; {outcome.n_failed} failed.\n  "
+        + "\n  ".join(str(folder / name) for name in files),
         flush=True,
     )
     if outcome.n_outdated:

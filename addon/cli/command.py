@@ -21,12 +21,12 @@ import numpy as np
 
 from ...core.errors import MotionGraphError, SceneError, StorageError, StudyError
 from ...core.evaluation.variability import variability_steps
+from ...core.files import check_alone, check_folder, write_alone, write_files
 from ...core.playback.styles import STYLES, walk_steps
 from ...core.playback.walk_motion import motion_steps
 from ...core.progress import ProgressLines, finish
 from ...core.report.scene_report import report_files
 from ..exports.engine import engine_folder_steps, write_engine_folder
-from ..exports.folder import check_folder, write_files
 from ..exports.report import scene_report_steps
 from ..results.advice import embedding_advice, start_advice
 from ..results.file import take_saved
@@ -38,11 +38,9 @@ from ..walks.request import read_motion_request, read_request
 from .large_ground import evaluate_in_parcels
 from .output import clean_output, embedding_numbers, graph_numbers, summary_lines, warnings
 from .scene import apply_override, choose_character, find_scene, open_blend
-from .study import add_place_options, add_study_options, program_words, run_study
+from .study import PROCESSES, add_place_options, add_study_options, program_words, run_study
 
 NAME = "wayfarer"
-PROCESSES = "processes"
-"""The place where a ground in parcels is embedded by default."""
 
 
 class Ended(Exception):
@@ -213,7 +211,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_positive,
         help="embed a ground too large for one process in parcels of this side; start it again to go on",
     )
-    add_place_options(command, PROCESSES)
+    add_place_options(command)
     command = commands.add_parser("walk", parents=[common], help="let the character walk, and bake the walk")
     command.set_defaults(work=walk)
     command.add_argument("--duration", metavar="SECONDS", type=_positive, help="how long to walk at least")
@@ -310,7 +308,7 @@ def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
         print(text, file=out, flush=True)
     else:
         if options.json is not None:
-            Path(options.json).write_text(text + "\n", encoding="utf-8")
+            write_alone(Path(options.json), json.loads(text))
         print("\n".join(summary_lines(numbers)), file=out, flush=True)
     for warning in numbers["warnings"]:
         print(f"Warning: {warning}", file=sys.stderr, flush=True)
@@ -330,6 +328,8 @@ def _check_places(options: argparse.Namespace) -> None:
     """Before the work, which may take long: StorageError if its results could not be written."""
     if options.json not in (None, "-") and not Path(options.json).resolve().parent.is_dir():
         raise StorageError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
+    if options.json not in (None, "-"):
+        check_alone(Path(options.json))
     if options.out is None or getattr(options, "parcels", None) is not None:
         return
     path = options.out.resolve()

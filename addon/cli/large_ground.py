@@ -5,12 +5,13 @@ of one case: it holds what was read from the scene, what the workers found so fa
 """
 
 import csv
+import io
 import json
 import re
 from pathlib import Path
 
 from ...core.errors import StudyError
-from ...core.files import write_whole
+from ...core.files import read_regular, write_files
 from ...core.motion.graph import MotionGraph
 from ...core.motion.graph_archive import graph_to_bytes
 from ...core.progress import finish
@@ -100,8 +101,8 @@ def evaluate_in_parcels(scene, graph: MotionGraph, parcel_size: float, folder: P
 
 def _problem(folder: Path) -> str:
     """Return why the only case failed, as the program reported."""
-    with open(folder / "results.csv", encoding="utf-8", newline="") as file:
-        return next(csv.DictReader(file))["problem"]
+    text = read_regular(folder / "results.csv").decode()
+    return next(csv.DictReader(io.StringIO(text, newline="")))["problem"]
 
 
 def _plain(name: str) -> str:
@@ -131,5 +132,4 @@ def _write_study(
         "graph.npz": graph_to_bytes(graph),
         _STUDY: ("\n".join(lines) + "\n").encode(),
     }
-    for file, raw in files.items():
-        write_whole(folder / file, raw)
+    write_files(folder, files)

@@ -7,10 +7,13 @@ again while they stay as they are.
 
 import argparse
 import contextlib
+import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from functools import partial
@@ -22,18 +25,24 @@ import numpy as np
 import scipy
 
 from ...core.errors import ClipError, MotionGraphError, StudyError
-from ...core.files import write_whole
+from ...core.files import check_folder, from_json, read_regular, remove_files, write_files
 from ...core.progress import finish
 from ...core.study.clip_set import ClipSet, clip_set_to_bytes
 from ...core.study.geometry import SceneGeometry, scene_to_bytes
 from ...core.study.plan import Source, StudyPlan, read_plan
-from ...core.study.sources import CLIPS, SCENES, problem_file, read_file
+from ...core.study.sources import CLIPS, SCENES, check_study_folder, problem_file, read_file
 from ...core.study.version import core_version, source_digest
 from ..scene.inputs import graph_settings, prepared_clips_steps, read_character, read_shapes, scene_regions
 from .scene import choose_character, find_scene, open_blend
 
 _PROGRAM = Path(__file__).resolve().parent / "cluster.py"
-_STATES = "states.json"
+PROCESSES = "processes"
+"""Where the work is done unless told otherwise."""
+
+_STATES = "read/states.json"
+
+LARGEST_BLEND = 2**40
+"""Bytes of a .blend file that is compared with what it was: any."""
 
 _PATIENCE = 20
 """Seconds that the program has to end when it is stopped."""
@@ -43,18 +52,18 @@ def add_study_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command ``study``."""
     parser.add_argument("file", metavar="FILE.toml", type=Path, help="scenes, clip sets, settings and measures")
     parser.add_argument("--out", metavar="FOLDER", type=Path, help="default: beside the file, with its name")
-    add_place_options(parser, "local")
+    add_place_options(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
 
 
-def add_place_options(parser: argparse.ArgumentParser, usual: str) -> None:
+def add_place_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say where the work is done."""
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        default=usual,
+        default=PROCESSES,
         help="of a Dask scheduler; 'local' is a Dask cluster on this machine, 'processes' does without Dask; "
-        f"default: {usual}",
+        f"default: {PROCESSES}",
     )
     parser.add_argument(
         "--workers", metavar="N", type=int, help="processes on this machine; default: one for each core"
@@ -70,6 +79,7 @@ def run_study(options: argparse.Namespace, out) -> int:
     words = program_words(options)
     plan = read_plan(file)
     folder = (options.out or file.with_name(f"{file.stem}-study")).resolve()
+    check_study_folder(folder)
     read_sources(plan, folder, (lambda line: None) if options.quiet else partial(print, file=sys.stderr, flush=True))
     return run_program(file, folder, *words, out=out)
 
@@ -89,11 +99,17 @@ def run_program(file: Path, folder: Path, *words: str, out=None) -> int:
     ``out`` is the file for what it tells in the end, standard error by default.
     """
     words = (str(file), "--out", str(folder), *words)
-    # Blender finds NumPy and SciPy in folders that its bare Python may not know.
+    # Blender finds NumPy and SciPy in folders that its bare Python may not know. The current folder is none of them:
+    # what lies in it must not be taken for a module, here or in workers.
     places = dict.fromkeys(str(Path(getfile(module)).resolve().parents[1]) for module in (np, scipy))
     known = [*places, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(place for place in known if place)}
-    with subprocess.Popen([sys.executable, str(_PROGRAM), *words], stdout=out or 2, env=environment) as process:
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(place for place in known if os.path.isabs(place)),
+        "PYTHONSAFEPATH": "1",
+    }
+    command = [sys.executable, "-P", str(_PROGRAM), *words]
+    with subprocess.Popen(command, stdout=out or 2, env=environment) as process, stops_with(process):
         try:
             return process.wait()
         except KeyboardInterrupt:
@@ -104,15 +120,25 @@ def run_program(file: Path, folder: Path, *words: str, out=None) -> int:
             return 130
 
 
+@contextlib.contextmanager
+def stops_with(process: subprocess.Popen):
+    """Hand on SIGTERM to a program, which then ends its workers and says so by its exit code."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> None:
     """Read the .blend files of a study into arrays in its folder, but for what was read before and has not changed.
 
     What cannot be read leaves a sentence there, and the study goes on without it; the next start tries again.
     """
-    file = folder / "read" / _STATES
-    states = {}
-    with contextlib.suppress(OSError, ValueError):
-        states = json.loads(file.read_text("utf-8"))
+    states = _known_states(folder)
     wanted = [(SCENES, source) for source in plan.scenes] + [(CLIPS, source) for source in plan.clip_sets]
     for kind, source in wanted:
         if not source.is_blend:
@@ -124,29 +150,44 @@ def read_sources(plan: StudyPlan, folder: Path, tell: Callable[[str], None]) -> 
         known = states.get(name) if read_file(folder, kind, source).exists() else None
         if known and known["asked"] == asked and known["files"] == _states([entry[0] for entry in known["files"]]):
             continue
+        check_folder(folder, (_inside(folder, place(folder, kind, source)) for place in (read_file, problem_file)))
         tell(f"Reading {source.name} from {source.file.name}")
         libraries = _read(kind, source, folder, tell)
         states[name] = {"asked": asked, "files": _states([str(source.file), *libraries])}
-        write_whole(file, json.dumps(states).encode())
+        write_files(folder, {_STATES: json.dumps(states).encode()})
 
 
-def _states(files: list[str]) -> list:
-    """Return how files look from outside: path, time of the last change, size."""
+def _known_states(folder: Path) -> dict:
+    """Return what was read before, and from which files; empty if nothing was."""
+    with contextlib.suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
+        states = from_json(read_regular(folder / _STATES))
+        return {
+            name: {"asked": known["asked"], "files": [[str(file), *seen] for file, *seen in known["files"]]}
+            for name, known in states.items()
+        }
+    return {}
+
+
+def _states(files: list[str]) -> list[list]:
+    """Return paths of files, with their times of last change and digests: the time alone can stay the same."""
     found = []
     for file in files:
         try:
-            status = os.stat(file)
-            found.append([file, status.st_mtime_ns, status.st_size])
+            digest = hashlib.sha256(read_regular(file, LARGEST_BLEND)).hexdigest()
+            found.append([file, os.stat(file).st_mtime_ns, digest])
         except OSError:
-            found.append([file, 0, 0])
+            found.append([file, 0, ""])
     return found
+
+
+def _inside(folder: Path, path: Path) -> str:
+    return path.relative_to(folder).as_posix()
 
 
 def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) -> list[str]:
     """Read one source into its file, or the reason why that failed into another; returns the libraries it links to."""
     file, problem = read_file(folder, kind, source), problem_file(folder, kind, source)
-    for earlier in (file, problem):
-        earlier.unlink(missing_ok=True)
+    remove_files(folder, [_inside(folder, file), _inside(folder, problem)])
     try:
         # Opened anew for every source: another one may have chosen other clips.
         open_blend(source.file.resolve())
@@ -157,12 +198,13 @@ def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) 
             else:
                 raw = clip_set_to_bytes(clip_set(scene, source, tell))
     except MotionGraphError as error:
-        write_whole(problem, str(error).encode())
+        write_files(folder, {_inside(folder, problem): str(error).encode()})
     except Exception as error:
         # Whatever is wrong with one file, the others can still be studied.
-        write_whole(problem, f"'{source.file.name}' cannot be read: {type(error).__name__} ({error}).".encode())
+        said = f"'{source.file.name}' cannot be read: {type(error).__name__} ({error})."
+        write_files(folder, {_inside(folder, problem): said.encode()})
     else:
-        write_whole(file, raw)
+        write_files(folder, {_inside(folder, file): raw})
     return [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
 
 

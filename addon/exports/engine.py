@@ -9,12 +9,12 @@ import bpy
 from ...core.embedding.embedding import Embedding
 from ...core.errors import ExportError
 from ...core.export.engine_format import ARRAYS_FILE, HEADER_FILE, TABLE_FILE, engine_files_steps
+from ...core.files import check_folder, remove_files, write_files
 from ...core.motion.graph import MotionGraph
 from ...core.progress import Progress, portion
 from ...core.wording import counted
 from ..bridge.export_gltf import check_exportable, export_clips
 from ..bridge.write_action import write_clip
-from .folder import check_folder, remove_earlier, write_files
 
 READER = Path(__file__).resolve().parents[2] / "assets" / "engine" / "wayfarer_reader.py"
 CLIPS_FILE, PAGE_FILE = "clips.glb", "README.md"
@@ -43,8 +43,8 @@ def engine_folder_steps(
 
     Nothing is written, and the scene is left as it is.
 
-    Raises ExportError if there is nothing to export, Blender cannot, or a file in the folder is not ours to replace:
-    all but what Blender's exporter has to say before any work.
+    Raises ExportError if there is nothing to export, or Blender cannot, StorageError if a file in the folder is not
+    ours to replace: all but what Blender's exporter has to say before any work.
     """
     wanted = {TABLE_FILE: with_table, CLIPS_FILE: with_clips}
     names = [HEADER_FILE, ARRAYS_FILE, READER.name, PAGE_FILE, *(name for name in wanted if wanted[name])]
@@ -79,11 +79,11 @@ def engine_folder_steps(
 def write_engine_folder(folder: Path, files: dict[str, bytes | bytearray]) -> None:
     """Write the files; clips and table of an earlier export that are not among them are removed.
 
-    Raises ExportError if a file in the folder is not ours to replace, StorageError if one cannot be written or removed.
+    Raises StorageError if a file in the folder is not ours to replace, or one cannot be written or removed.
     """
     write_files(folder, files)
     # They belong to another embedding now.
-    remove_earlier(folder, [name for name in (TABLE_FILE, CLIPS_FILE) if name not in files])
+    remove_files(folder, [name for name in (TABLE_FILE, CLIPS_FILE) if name not in files])
 
 
 def _clips_file(scene, graph: MotionGraph) -> bytes:

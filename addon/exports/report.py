@@ -9,6 +9,7 @@ import bpy
 
 from ...core.errors import EvaluationError
 from ...core.evaluation.query import query_nodes
+from ...core.files import write_whole
 from ...core.progress import Progress
 from ...core.report.finding import Goal, Topic
 from ...core.report.page import Bullets, Figure, Section, html_page
@@ -45,7 +46,7 @@ def open_finding(scene, topic: Topic) -> Path | None:
 def open_page(title: str, lead: str, sections: Sequence[Section]) -> Path:
     """Write a page to Blender's folder for temporary files, and show it in the browser if there is a window."""
     path = Path(bpy.app.tempdir) / f"{bpy.path.clean_name(f'wayfarer {title}').lower()}.html"
-    path.write_text(html_page(title, lead, sections), encoding="utf-8")
+    write_whole(path, html_page(title, lead, sections).encode())
     show_page(path)
     return path
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import EvaluationError
+from ...core.files import write_files
 from ...core.maps.colors import displayed
 from ...core.maps.legend import ColorBar, MapLegend, Swatch
 from ...core.report.chart import map_chart
@@ -18,14 +19,13 @@ from ..render.floor import floor_legend
 from ..results.findings import TOPICS, Topic, chart_of, find_finding, finding_is_stale, numbers_of, table_of
 from ..results.shown import find_painted
 from ..results.store import results
-from .folder import write_files
 
 
 def export_results(scene, folder: Path, as_json: bool, as_csv: bool, as_pictures: bool) -> list[Path]:
     """Write the scene's findings to a folder that exists; returns the files.
 
-    Raises EvaluationError if nothing is to be written, ExportError if a file in the folder is not ours to replace,
-    StorageError if the folder cannot be written to.
+    Raises EvaluationError if nothing is to be written, StorageError if a file in the folder is not ours to
+    replace, or the folder cannot be written to.
     """
     files: dict[str, bytes] = {}
     topics = [topic for topic in TOPICS if find_finding(scene, topic) is not None]

@@ -7,10 +7,10 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...core.errors import ExportError
+from ...core.files import write_files
 from ...core.report.scene_report import report_files
 from ...core.wording import counted
 from ..exports.engine import engine_folder_steps, write_engine_folder
-from ..exports.folder import write_files
 from ..exports.report import scene_report_steps, show_page
 from ..exports.results import export_results
 from ..results.store import embedding_of

@@ -1,6 +1,8 @@
 """A problem in a folder: what every worker has to know, and what each keeps at hand."""
 
 import json
+import shutil
+import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -19,7 +21,7 @@ from ..environment.environment import Environment
 from ..environment.grid import Grid
 from ..environment.regions import RegionMask, RegionRule
 from ..errors import EmbeddingError
-from ..files import write_whole
+from ..files import from_json, map_array, read_regular, write_whole
 from ..motion.graph import MotionGraph
 from ..motion.graph_archive import load_motion_graph, save_motion_graph
 from ..progress import finish
@@ -68,7 +70,17 @@ class Problem:
 
     def read(self, name: str, index: int) -> NodeSet:
         """Read a set in a parcel, its own cells only."""
-        return read_set(self.set_path(name, index))
+        return self.read_file(self.set_path(name, index))
+
+    def read_file(self, path: Path) -> NodeSet:
+        """Read a set in a file; EmbeddingError if it is none of this problem."""
+        return read_set(path, len(self.graph.segments) * self.plan.grid.shape[2], self.sweep.layout.n_bytes)
+
+    def union_of_files(self, paths: Sequence[str], nodes: NodeSet) -> NodeSet:
+        """Return the union of a set with those in some files."""
+        for path in paths:
+            nodes = nodes | self.read_file(Path(path))
+        return nodes
 
     def write(self, name: str, index: int, nodes: NodeSet, lasting: bool = False) -> None:
         write_set(self.set_path(name, index), nodes, self.sweep.layout.n_bytes, lasting)
@@ -105,13 +117,6 @@ class Problem:
         return self.sweep.layout.pack(np.logical_and.outer(in_x, in_y))
 
 
-def union_of_files(paths: Sequence[str], nodes: NodeSet) -> NodeSet:
-    """Return the union of a set with those in some files."""
-    for path in paths:
-        nodes = nodes | read_set(Path(path))
-    return nodes
-
-
 def _sweep(graph: MotionGraph, frame: Grid, tags: frozenset[str], settings: EmbeddingSettings) -> Sweep:
     stencils = build_stencils(graph.segments, frame, settings.footprint)
     return finish(sweep_steps(graph.segments, stencils, frame, tags))
@@ -143,11 +148,8 @@ def create_problem(
     plan_parcels(grid, halo_x, halo_y, parcel_cells)
     if (folder / "problem.json").exists():
         raise EmbeddingError(f"'{folder}' holds a large ground already; choose another folder, or delete it.")
-    folder.mkdir(parents=True, exist_ok=True)
-    save_motion_graph(graph, folder / "graph.npz")
-    np.save(folder / "blocked.npy", environment.blocked)
-    for i, region in enumerate(environment.regions):
-        np.save(folder / f"region-{i}.npy", region.mask)
+    if folder.is_symlink() or (folder.exists() and any(folder.iterdir())):
+        raise EmbeddingError(f"'{folder}' is in the way; move it away, or choose another folder.")
     footprint = settings.footprint
     header = {
         "format": _FORMAT,
@@ -160,7 +162,20 @@ def create_problem(
         "halo": [halo_x, halo_y],
         "parcel_cells": parcel_cells,
     }
-    write_whole(folder / "problem.json", json.dumps(header).encode())
+    # Another name until all of it is there: whatever stands in the folder then is ours.
+    making = folder.with_name(f".making-{uuid.uuid4().hex}")
+    try:
+        making.mkdir(parents=True)
+        save_motion_graph(graph, making / "graph.npz")
+        np.save(making / "blocked.npy", environment.blocked)
+        for i, region in enumerate(environment.regions):
+            np.save(making / f"region-{i}.npy", region.mask)
+        write_whole(making / "problem.json", json.dumps(header).encode())
+        if folder.exists():
+            folder.rmdir()
+        making.rename(folder)
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
     return open_problem(str(folder))
 
 
@@ -172,21 +187,19 @@ def open_problem(folder: str) -> Problem:
     """
     path = Path(folder)
     try:
-        header = json.loads((path / "problem.json").read_bytes())
+        header = from_json(read_regular(path / "problem.json"))
         if header["format"] != _FORMAT:
             raise ValueError
         grid = Grid(tuple(header["shape"]), header["cell_size"], tuple(header["origin"]), header["tiled"])
         footprint = {**header["footprint"], "rule": FootprintRule[header["footprint"]["rule"]]}
         regions = tuple(
-            RegionMask(
-                name, RegionRule[rule], tag, np.load(path / f"region-{i}.npy", mmap_mode="r", allow_pickle=False)
-            )
+            RegionMask(name, RegionRule[rule], tag, map_array(path / f"region-{i}.npy"))
             for i, (name, rule, tag) in enumerate(header["regions"])
         )
-        environment = Environment(grid, np.load(path / "blocked.npy", mmap_mode="r", allow_pickle=False), regions)
+        environment = Environment(grid, map_array(path / "blocked.npy"), regions)
         halo_x, halo_y = header["halo"]
         plan = plan_parcels(grid, halo_x, halo_y, header["parcel_cells"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         raise EmbeddingError(f"'{folder}' holds no large ground that this version can read ({error}).") from None
     graph = load_motion_graph(path / "graph.npz")
     return Problem(path, graph, environment, EmbeddingSettings(FootprintSettings(**footprint)), plan)

@@ -1,12 +1,13 @@
 """Sets of nodes in files, written whole or not at all, and checked when read."""
 
+import contextlib
 import struct
 import zlib
 from pathlib import Path
 
 from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError
-from ..files import write_whole
+from ..files import inflate, read_regular, write_whole
 
 _MAGIC = b"WFSET1\n\0"
 _HEAD = struct.Struct("<III")
@@ -27,22 +28,36 @@ def write_set(path: Path, nodes: NodeSet, plane_bytes: int, lasting: bool = Fals
     write_whole(path, _MAGIC + _HEAD.pack(len(nodes.planes), plane_bytes, zlib.crc32(packed)) + packed)
 
 
-def read_set(path: Path) -> NodeSet:
-    """Read the set of :func:`write_set`; EmbeddingError, naming the file, if it is damaged or missing."""
+def read_set(path: Path, n_planes: int, plane_bytes: int) -> NodeSet:
+    """Read the set of :func:`write_set`; EmbeddingError, naming the file, if it is damaged, missing or too large."""
     try:
-        raw = path.read_bytes()
+        raw = read_regular(path)
     except OSError as error:
         raise EmbeddingError(f"'{path}' cannot be read ({error.strerror}); run the embedding again.") from None
     head = len(_MAGIC) + _HEAD.size
     if len(raw) >= head and raw.startswith(_MAGIC):
-        n_planes, plane_bytes, checksum = _HEAD.unpack_from(raw, len(_MAGIC))
+        *size, checksum = _HEAD.unpack_from(raw, len(_MAGIC))
         packed = memoryview(raw)[head:]
-        if zlib.crc32(packed) == checksum:
-            data = memoryview(zlib.decompress(packed))
-            return NodeSet(
-                tuple(
-                    int.from_bytes(data[i : i + plane_bytes], "little")
-                    for i in range(0, n_planes * plane_bytes, plane_bytes)
-                )
-            )
+        if size == [n_planes, plane_bytes] and zlib.crc32(packed) == checksum:
+            with contextlib.suppress(ValueError):
+                data = memoryview(inflate(packed, n_planes * plane_bytes))
+                starts = range(0, n_planes * plane_bytes, plane_bytes)
+                return NodeSet(tuple(int.from_bytes(data[i : i + plane_bytes], "little") for i in starts))
     raise EmbeddingError(f"'{path}' is damaged; delete it and run the embedding again.")
+
+
+def remove_sets(folder: Path) -> None:
+    """Remove the sets in a folder, and the folder if nothing else is in it; links are not followed."""
+    if folder.is_symlink() or not folder.is_dir():
+        return
+    for path in folder.glob("*.set"):
+        with contextlib.suppress(OSError):
+            if not path.is_symlink() and _begins(path):
+                path.unlink()
+    with contextlib.suppress(OSError):
+        folder.rmdir()
+
+
+def _begins(path: Path) -> bool:
+    with open(path, "rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC

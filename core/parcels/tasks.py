@@ -19,8 +19,7 @@ from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
 from ..files import write_whole
 from ..progress import finish
-from .problem import open_network, open_problem, union_of_files
-from .set_file import read_set
+from .problem import open_network, open_problem
 
 #: Files of messages by the parcels that they are for.
 Messages = dict[int, list[str]]
@@ -77,7 +76,7 @@ def join_messages(
 ) -> TaskResult:
     """Join a set with what the neighbours sent of it, inside another; only count it if ``out`` is None."""
     problem = open_problem(folder)
-    planes = union_of_files(messages, problem.read(name, index))
+    planes = problem.union_of_files(messages, problem.read(name, index))
     if within is not None:
         planes = planes & problem.read(within, index)
     if out is not None:
@@ -97,7 +96,7 @@ def keep_able(folder: str, index: int, name: str, messages: Sequence[str], out: 
     """Keep the nodes of a set with a link to one of the set, here or in what the neighbours sent of it."""
     problem, network = open_problem(folder), open_network(folder, index)
     planes = problem.read(name, index)
-    kept = planes & network.preimage(union_of_files(messages, planes))
+    kept = planes & network.preimage(problem.union_of_files(messages, planes))
     problem.write(out, index, kept)
     return TaskResult(len(kept))
 
@@ -134,7 +133,7 @@ def touched(folder: str, index: int, core: str, within: str | None, messages: Se
         return [False] * len(messages)
     hits = []
     for path in messages:
-        arrived = read_set(Path(path)) & limits
+        arrived = problem.read_file(Path(path)) & limits
         hit = bool(arrived & seed)
         if not hit and arrived:
             around = limits | _beyond(folder, index)
@@ -174,7 +173,7 @@ def go_on(
     """
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
-    arrived = (union_of_files(messages, problem.everywhere(0)) & limits) if messages else before
+    arrived = (problem.union_of_files(messages, problem.everywhere(0)) & limits) if messages else before
     new = (arrived - before) if messages else before
     if not new:
         problem.write(out, index, before)
@@ -194,7 +193,7 @@ def go_back(
     problem, network = open_problem(folder), open_network(folder, index)
     before, limits = _known(folder, index, known), _read(folder, index, within)
     # What the neighbours send lies in the halo and is new to this parcel, whatever it knows of its own cells.
-    new = union_of_files(messages, problem.everywhere(0)) if messages else before
+    new = problem.union_of_files(messages, problem.everywhere(0)) if messages else before
     if not new:
         problem.write(out, index, before)
         return TaskResult(len(before))
@@ -217,7 +216,7 @@ def _known(folder: str, index: int, known: str | None) -> NodeSet:
 def count_links(folder: str, index: int, name: str, messages: Sequence[str], enough: float = np.inf) -> int:
     """Count the links between nodes of a set that start in a parcel."""
     problem, network = open_problem(folder), open_network(folder, index)
-    around = union_of_files(messages, problem.read(name, index))
+    around = problem.union_of_files(messages, problem.read(name, index))
     return network.count_links(around, enough)
 
 
@@ -232,7 +231,7 @@ def written_out(
     problem, network = open_problem(folder), open_network(folder, index)
     plan, layout = problem.plan, problem.sweep.layout
     parcel, (nx, ny, n_headings) = plan.parcels[index], plan.grid.shape
-    around = union_of_files(messages, problem.read(name, index))
+    around = problem.union_of_files(messages, problem.read(name, index))
     indices, starts, ends = network.links_within(around)
     x, y = np.divmod(indices[:, 1], layout.ny)
     own = plan.own_cells(index)[x, y]
@@ -279,7 +278,7 @@ def write_maps(folder: str, index: int, name: str, messages: Sequence[str], out:
     """
     problem = open_problem(folder)
     plan, layout = problem.plan, problem.sweep.layout
-    planes = union_of_files(messages, problem.read(name, index))
+    planes = problem.union_of_files(messages, problem.read(name, index))
     # Nodes in the halo have links too; what these pass lies within twice the halo.
     wide = plan.crop(problem.environment, index, margin=2)
     sweep = _wide_sweep(folder, wide.grid.shape[:2])

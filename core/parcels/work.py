@@ -1,17 +1,18 @@
 """Handing out tasks: phase after phase, with a journal of what is done, so that whoever stops can go on."""
 
 import json
-import shutil
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..files import write_whole
+from ..errors import EmbeddingError
+from ..files import from_json, read_regular, write_whole
 from ..progress import Progress
 from . import tasks
 from .problem import Problem
+from .set_file import remove_sets
 from .tasks import Messages, TaskResult
 
 _WAIT = 0.2
@@ -70,7 +71,7 @@ class Work:
         self._journal_path = problem.folder / "journal.json"
         self._journal: dict[str, Any] = {}
         if self._journal_path.exists():
-            self._journal = json.loads(self._journal_path.read_bytes())
+            self._journal = _read_journal(self._journal_path)
         self.n_parcels = len(problem.plan.parcels)
 
     def all_steps(self, name: str, task: Callable, *arguments) -> Generator[Progress, None, Phase]:
@@ -148,10 +149,10 @@ class Work:
 
     def forget(self, *kept: str) -> None:
         """Delete all sets but those kept, and all messages."""
-        for folder in (self.problem.folder / "sets").iterdir():
-            if folder.name not in kept:
-                shutil.rmtree(folder)
-        shutil.rmtree(self.problem.folder / "messages", ignore_errors=True)
+        for group in ("sets", "messages"):
+            for folder in sorted((self.problem.folder / group).glob("*")):
+                if group == "messages" or folder.name not in kept:
+                    remove_sets(folder)
 
     def known(self, name: str) -> Any | None:
         """Return what the journal holds of a phase; None if it has not been run."""
@@ -176,3 +177,13 @@ class Work:
     def _write(self, name: str, result: Any) -> None:
         self._journal[name] = result
         write_whole(self._journal_path, json.dumps(self._journal).encode())
+
+
+def _read_journal(path: Path) -> dict[str, Any]:
+    try:
+        journal = from_json(read_regular(path))
+    except (OSError, ValueError):
+        journal = None
+    if not isinstance(journal, dict):
+        raise EmbeddingError(f"'{path}' is damaged; delete the folder it lies in, and run the embedding again.")
+    return journal

@@ -1,6 +1,5 @@
 """Quantities: numbers that studies can measure, how each is found, and the options that it has."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,10 +9,13 @@ from ..evaluation.segment_groups import Grouping
 
 Options = Mapping[str, Any]
 
+#: No number that is asked for makes sense beyond it.
+LARGEST_NUMBER = 1e12
+
 
 def is_number(value: object) -> bool:
-    """Test for a finite number; TOML knows nan and inf, too."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """Test for a finite number; TOML knows nan and inf, too, and integers that no float can hold."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,8 @@ AMOUNT = Option("a number, 0 or more", lambda value: is_number(value) and value 
 SHARE = Option("a number from 0 to 1", lambda value: is_number(value) and 0 <= value <= 1)
 ANGLE = Option("an angle in radians", is_number)
 LENGTH = Option("a number, more than 0", lambda value: is_number(value) and value > 0)
-COUNT = Option("a whole number, 1 or more", lambda value: type(value) is int and value >= 1)
-NATURAL = Option("a whole number, 0 or more", lambda value: type(value) is int and value >= 0)
+COUNT = Option("a whole number, 1 or more", lambda value: type(value) is int and 1 <= value <= LARGEST_NUMBER)
+NATURAL = Option("a whole number, 0 or more", lambda value: type(value) is int and 0 <= value <= LARGEST_NUMBER)
 POSITION = Option(
     "two numbers, x and y in metres",
     lambda value: isinstance(value, list | tuple) and len(value) == 2 and all(map(is_number, value)),

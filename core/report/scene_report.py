@@ -8,6 +8,7 @@ from pathlib import Path
 from .. import wording
 from ..embedding.embedding import Embedding
 from ..errors import EvaluationError, MotionGraphError
+from ..files import write_files
 from ..progress import Progress, portion
 from .drawing import svg
 from .finding import Contribution, Questions, Topic
@@ -105,20 +106,10 @@ def report_files(report: SceneReport) -> dict[str, bytes]:
 def write_report(folder: Path, report: SceneReport) -> list[Path]:
     """Write the files of a report into a folder, which is made if there is none; returns them.
 
-    Raises
-    ------
-    EvaluationError
-        The folder cannot be written to.
+    Raises StorageError if one is not ours to replace, or the folder cannot be written to.
     """
     files = report_files(report)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            (folder / name).write_bytes(data)
-    except OSError as error:
-        raise EvaluationError(
-            f"The report cannot be written to '{folder}': {error.strerror}; choose another folder."
-        ) from None
+    write_files(folder, files)
     return [folder / name for name in files]
 
 

@@ -1,17 +1,24 @@
 """Clip sets: clips and how they are cut and linked, before a threshold makes a motion graph of them."""
 
-import json
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..archive import DAMAGE, ArchiveFormat, archive_from_bytes, archive_to_bytes, load_archive, require, save_archive
+from ..archive import (
+    DAMAGE,
+    ArchiveFormat,
+    archive_from_bytes,
+    archive_kind,
+    archive_to_bytes,
+    load_archive,
+    require,
+    save_archive,
+)
 from ..errors import StudyError
+from ..files import read_regular
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings
 from ..motion.distance import CostSettings
@@ -62,9 +69,7 @@ def load_clip_set(path: str | os.PathLike) -> ClipSet:
 def holds_motion_graph(path: str | os.PathLike) -> bool:
     """Test for the header of a motion graph; the file may still be damaged."""
     try:
-        with zipfile.ZipFile(Path(path)) as archive, archive.open("header.npy") as header:
-            raw = np.lib.format.read_array(header, allow_pickle=False).tobytes()
-        return json.loads(raw)["format"] == f"wayfarer {GRAPH_FORMAT.name}"
+        return archive_kind(read_regular(path)) == GRAPH_FORMAT.name
     except DAMAGE:
         return False
 

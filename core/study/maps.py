@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..files import write_whole
+from ..files import write_files
 from ..maps.colors import RULED
 from ..maps.scales import CIVIDIS
 from ..report.png import png_bytes
@@ -39,11 +39,12 @@ def write_maps(subject: Subject, origin: tuple[float, float], folder: Path) -> N
     buffer = io.BytesIO()
     arrays = {"variability": ways, "coverage": headings, "free": free}
     np.savez_compressed(buffer, **arrays, cell_size=subject.cell_size, origin=np.array(origin))
-    write_whole(folder / "maps.npz", buffer.getvalue())
+    files = {"maps.npz": buffer.getvalue()}
     most = np.log10(max(int(ways.max(initial=0)), 10))
     pictures = {"variability": np.log10(np.maximum(ways, 1)) / most, "coverage": headings / subject.n_headings}
     for name, shares in pictures.items():
-        write_whole(folder / f"{name}.png", png_bytes(_picture(shares, headings > 0, free, subject.ruled)))
+        files[f"{name}.png"] = png_bytes(_picture(shares, headings > 0, free, subject.ruled))
+    write_files(folder, files)
 
 
 def _picture(shares: np.ndarray, passed: np.ndarray, free: np.ndarray, ruled: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from .. import wording
 from ..errors import EvaluationError, StudyError
 from ..report.quantity import Options, Quantity
 from ..report.topics import TOPICS
@@ -57,17 +58,19 @@ def checked_measure(entry: object) -> Measure:
     """
     table = {"measure": entry} if isinstance(entry, str) else dict(entry) if isinstance(entry, dict) else {}
     wanted = table.pop("measure", None)
-    if wanted not in QUANTITIES:
-        raise StudyError(f"There is no measure {wanted!r}; there are {', '.join(QUANTITIES)}.")
+    if not isinstance(wanted, str) or wanted not in QUANTITIES:
+        raise StudyError(f"There is no measure {wording.quoted(wanted)}; there are {', '.join(QUANTITIES)}.")
     name = str(table.pop("name", wanted))
     quantity = QUANTITIES[wanted]
     for option, value in table.items():
         if option not in quantity.options:
             said = f"it has {', '.join(quantity.options)}" if quantity.options else "it has none"
-            raise StudyError(f"The measure '{wanted}' has no option '{option}'; {said}.")
+            raise StudyError(f"The measure '{wanted}' has no option {wording.quoted(option)}; {said}.")
         if not quantity.options[option].fits(value):
             said = quantity.options[option].meaning
-            raise StudyError(f"The option '{option}' of the measure '{wanted}' cannot be {value!r}; it is {said}.")
+            raise StudyError(
+                f"The option '{option}' of the measure '{wanted}' cannot be {wording.quoted(value)}; it is {said}."
+            )
     if quantity.one_of and sum(option in table for option in quantity.one_of) != 1:
         raise StudyError(f"The measure '{wanted}' needs one of its options {', '.join(quantity.one_of)}.")
     rivals = [option for option in quantity.at_most_one if option in table]

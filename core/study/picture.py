@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..files import inflate
 from .subject import Subject
 
 #: Cells of a small map along its longer side, at most.
@@ -64,6 +65,9 @@ def map_to_json(picture: SmallMap) -> dict:
 
 def map_from_json(found: dict) -> SmallMap:
     """Read the map of :func:`map_to_json`; ValueError or another exception if it is damaged."""
-    raw = zlib.decompress(base64.b64decode(found["levels"]))
-    levels = np.frombuffer(raw, dtype="<f4").reshape(found["shape"])
+    nx, ny = map(int, found["shape"])
+    if not (0 <= nx <= LONGEST_SIDE and 0 <= ny <= LONGEST_SIDE):
+        raise ValueError("a small map is not so large")
+    raw = inflate(base64.b64decode(found["levels"]), 4 * nx * ny)
+    levels = np.frombuffer(raw, dtype="<f4").reshape(nx, ny)
     return SmallMap(levels, float(found["cell_size"]))

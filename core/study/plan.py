@@ -35,6 +35,7 @@ from typing import Any
 
 from .. import wording
 from ..errors import StudyError
+from ..files import LARGEST_TEXT, read_regular
 from .measures import Measure, checked_measure
 from .settings import Stage, Value, checked, of_stage
 
@@ -136,10 +137,10 @@ def shown(name: str, value: Value) -> str:
 def read_plan(path: Path) -> StudyPlan:
     """Read the file of a study; StudyError, naming the file and the entry, if it cannot be understood."""
     try:
-        table = tomllib.loads(path.read_text("utf-8"))
+        table = tomllib.loads(read_regular(path, LARGEST_TEXT).decode())
     except OSError as error:
         raise StudyError(f"'{path}' cannot be read: {error.strerror or error}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise StudyError(f"'{path}' is no TOML: {error}.") from None
     try:
         return plan_of(table, path.parent, path.stem)
@@ -190,6 +191,8 @@ def _sources(table: Mapping[str, Any], kind: str, folder: Path, known: set[str])
                 f"'{name}' in [{kind}] has no '{min(set(entry) - known)}'; it has {', '.join(sorted(known))}."
             )
         file = folder / entry["file"]
+        if "\0" in entry["file"]:
+            raise StudyError(f"'{name}' in [{kind}] names a file that no file can be called; correct it.")
         if file.suffix.lower() not in (".blend", ".npz"):
             raise StudyError(f"'{name}' in [{kind}] is '{file.name}'; it must be a .blend or an .npz file.")
         actions = entry.get("actions", [])

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import time
-import zlib
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import MotionGraphError, StorageError, StudyError
+from ..files import check_marked, from_json, read_regular
 from ..parcels.embedding import embed_parcels_steps
 from ..parcels.work import Serial
 from ..progress import Progress
@@ -19,7 +19,7 @@ from . import tasks
 from .case import CaseResult, result_from_json
 from .plan import Case, StudyPlan
 from .settings import Stage, of_stage
-from .sources import Input, gather
+from .sources import Input, check_study_folder, gather
 from .version import core_version
 
 _WAIT = 0.2
@@ -117,6 +117,7 @@ def run_study_steps(
         The study cannot go on: the folder cannot be written, or the workers are gone. Start it again, and it goes on.
     """
     try:
+        check_study_folder(folder.resolve())
         return (yield from _Study(plan, folder.resolve(), executor or Serial()).steps())
     except StorageError as error:
         raise StudyError(f"{error} What is finished is kept.") from None
@@ -151,6 +152,8 @@ class _Study:
                 waiting.setdefault(self._graph_key(case), [])
             else:
                 waiting.setdefault(self._graph_key(case), []).append(case)
+            if id(case) in self.is_open:
+                check_marked(self._result_file(case), tasks.CASE_MARK)
             n_outdated += id(case) in self.is_open and _known(self._result_file(case), any_version=True) is not None
         if n_known:
             self.message = f"{n_known} of {counted(len(self.cases), 'case')} had been finished before"
@@ -359,10 +362,10 @@ def _fault(error: BaseException) -> str:
 def _known(path: Path, any_version: bool = False) -> CaseResult | None:
     """Read the result of a case; None unless its file is whole and was written by this version of Wayfarer."""
     try:
-        found = json.loads(path.read_bytes())
+        found = from_json(read_regular(path))
         ours = found["format"] == tasks.CASE_FORMAT and (any_version or found["version"] == core_version())
         return result_from_json(found) if ours else None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, zlib.error):
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
         return None
 
 

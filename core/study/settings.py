@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from .. import wording
 from ..embedding.footprint import FootprintRule, FootprintSettings
 from ..errors import StudyError
 from ..motion.graph_settings import MotionGraphSettings, ThresholdMode
@@ -61,6 +62,10 @@ SETTINGS: dict[str, Setting] = {
 }
 
 
+_LARGEST = 1e12
+"""No number of any setting makes sense beyond it: so none that a float or an array cannot hold gets any further."""
+
+
 def checked(name: str, value: object) -> Value:
     """Read a value for a setting; StudyError if there is no such setting, or it cannot have that value.
 
@@ -68,7 +73,7 @@ def checked(name: str, value: object) -> Value:
     (1.0, 0)
     """
     if name not in SETTINGS:
-        raise StudyError(f"There is no setting '{name}'; there are {', '.join(SETTINGS)}.")
+        raise StudyError(f"There is no setting {wording.quoted(name)}; there are {', '.join(SETTINGS)}.")
     setting = SETTINGS[name]
     if name == "k" and value == "all":
         return 0
@@ -76,12 +81,13 @@ def checked(name: str, value: object) -> Value:
         return value
     if setting.kind is str and name == "footprint_rule" and value in [rule.value for rule in FootprintRule]:
         return str(value)
-    if setting.kind in (int, float) and isinstance(value, int | float) and not isinstance(value, bool):
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if setting.kind in (int, float) and is_number and abs(value) <= _LARGEST:
         if setting.kind is int and value == int(value) and value >= 0:
             return int(value)
         if setting.kind is float and math.isfinite(value) and value >= 0:
             return float(value)
-    raise StudyError(f"The setting '{name}' cannot be {value!r}; it is {setting.meaning}.")
+    raise StudyError(f"The setting '{name}' cannot be {wording.quoted(value)}; it is {setting.meaning}.")
 
 
 def of_stage(values: Mapping[str, Value], *stages: Stage) -> dict[str, Value]:

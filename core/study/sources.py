@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import StudyError
-from ..files import write_whole
+from ..files import LARGEST_TEXT, check_folder, check_plain, read_regular, write_whole
 from .clip_set import holds_motion_graph
 from .plan import Source, StudyPlan
 
 SCENES, CLIPS = "scenes", "clips"
+
+TABLE_FILE, PAGE_FILE = "results.csv", "results.html"
+_FOLDERS = ("read", "read/scenes", "read/clips", "cases", "graphs", "inputs", "large", "maps")
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,12 @@ class Input:
     file: Path
     is_graph: bool = False
     problem: str = ""
+
+
+def check_study_folder(folder: Path) -> None:
+    """Raise StorageError if results cannot be written to a study's folder without touching what is not ours."""
+    check_plain(folder, _FOLDERS)
+    check_folder(folder, (TABLE_FILE, PAGE_FILE))
 
 
 def read_file(folder: Path, kind: str, source: Source) -> Path:
@@ -58,10 +67,10 @@ def _input(folder: Path, kind: str, source: Source) -> Input:
     problem = problem_file(folder, kind, source)
     if source.is_blend and not file.exists():
         if problem.exists():
-            return Input("", file, problem=problem.read_text("utf-8"))
+            return Input("", file, problem=_said(problem))
         raise StudyError(f"'{source.file}' has not been read; start the study with Blender's command, or with dev.py.")
     try:
-        raw = file.read_bytes()
+        raw = read_regular(file)
     except OSError as error:
         return Input("", file, problem=f"'{file}' cannot be read: {error.strerror or error}.")
     digest = hashlib.sha256(raw).hexdigest()
@@ -69,3 +78,10 @@ def _input(folder: Path, kind: str, source: Source) -> Input:
     if not copy.exists():
         write_whole(copy, raw)
     return Input(digest, copy, holds_motion_graph(copy))
+
+
+def _said(problem: Path) -> str:
+    try:
+        return read_regular(problem, LARGEST_TEXT).decode("utf-8", "replace")
+    except OSError as error:
+        return f"'{problem}' cannot be read: {error.strerror or error}."

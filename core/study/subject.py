@@ -9,8 +9,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..embedding.embedding import Embedding
+from ..errors import StudyError
 from ..evaluation.floor import floor_cells
 from ..evaluation.variability import floor_variability
+from ..files import read_arrays
 from ..motion.graph import MotionGraph
 from ..parcels.embedding import MAPS, ParcelSummary
 from ..parcels.problem import Problem
@@ -150,7 +152,13 @@ class ParcelledGround(Subject):
     def _assembled(self, name: str, kind: type) -> np.ndarray:
         whole = np.zeros(self._shape[:2], dtype=kind)
         for index in range(self._summary.n_parcels):
-            with np.load(Path(self._folder) / f"{index}.npz", allow_pickle=False) as maps:
+            path = Path(self._folder) / f"{index}.npz"
+            try:
+                maps = read_arrays(path)
                 (x, y), part = maps["corner"], maps[name]
                 whole[x : x + part.shape[0], y : y + part.shape[1]] = part
+            except (OSError, ValueError, LookupError, TypeError) as error:
+                raise StudyError(
+                    f"'{path}' is damaged ({error}); delete the folder 'large', and start again."
+                ) from None
         return whole

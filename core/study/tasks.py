@@ -31,6 +31,9 @@ from .version import core_version
 #: Written into every case's file; another one is not believed.
 CASE_FORMAT = "wayfarer case 1"
 
+#: What every case's file begins with.
+CASE_MARK = b'{"format": "wayfarer case '
+
 
 def build_graph(clips: str, values: Mapping[str, Value], out: str) -> str:
     """Cut and link the clips of a file, and write the motion graph; returns what is wrong with them, or nothing."""

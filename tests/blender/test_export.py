@@ -18,7 +18,7 @@ from bl_ext.user_default.wayfarer.addon.cli import command
 from bl_ext.user_default.wayfarer.addon.exports.engine import CLIPS_FILE, engine_folder_steps, write_engine_folder
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
 from bl_ext.user_default.wayfarer.addon.results import store
-from bl_ext.user_default.wayfarer.core.errors import ExportError
+from bl_ext.user_default.wayfarer.core.errors import ExportError, StorageError
 from bl_ext.user_default.wayfarer.core.export.engine_format import engine_files_steps
 from bl_ext.user_default.wayfarer.core.progress import finish
 from bl_ext.user_default.wayfarer.core.tuning.budget import table_bytes
@@ -174,7 +174,7 @@ def test_what_is_refused_is_refused_before_the_work(sample_settings, tmp_path):
     scene = bpy.context.scene
     for name in (CLIPS_FILE, "embedding.table", "README.md"):
         (tmp_path / name).write_text("mine")
-        with pytest.raises(ExportError, match=f"'{name}' that Wayfarer did not write"):
+        with pytest.raises(StorageError, match=f"'{name}' that Wayfarer did not write"):
             next(engine_folder_steps(scene, embedding, tmp_path))
         (tmp_path / name).unlink()
     # What is left out does not matter.

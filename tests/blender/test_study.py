@@ -17,6 +17,7 @@ from bl_ext.user_default.wayfarer.core.embedding.embedding import embed
 from bl_ext.user_default.wayfarer.core.embedding.settings import EmbeddingSettings
 from bl_ext.user_default.wayfarer.core.errors import EmbeddingError, StudyError
 from bl_ext.user_default.wayfarer.core.evaluation.variability import coverage_share
+from bl_ext.user_default.wayfarer.core.files import write_files
 from bl_ext.user_default.wayfarer.core.study.clip_set import load_clip_set
 from bl_ext.user_default.wayfarer.core.study.geometry import SceneGeometry, environment_of, load_scene
 from bl_ext.user_default.wayfarer.core.study.lock import only_one
@@ -78,6 +79,15 @@ def test_files_are_read_once_and_again_when_they_change(saved):
     os.utime(saved, ns=(status.st_atime_ns, status.st_mtime_ns + 10**9))
     read_sources(plan, saved.parent / "out", told.append)
     assert len(told) == 4
+    # Neither time nor size tells of the last change.
+    status, raw = os.stat(saved), saved.read_bytes()
+    saved.write_bytes(raw[:-1] + bytes([raw[-1] ^ 1]))
+    os.utime(saved, ns=(status.st_atime_ns, status.st_mtime_ns))
+    read_sources(plan, saved.parent / "out", told.append)
+    assert len(told) == 6
+    saved.write_bytes(raw)
+    read_sources(plan, saved.parent / "out", told.append)
+    del told[4:]
     (saved.parent / "other.blend").write_bytes(saved.read_bytes())
     plan = read_plan(written(saved.parent, '[scenes]\nroom = "other.blend"\n[clips]\nhero = "room.blend"'))
     read_sources(plan, saved.parent / "out", told.append)
@@ -166,7 +176,7 @@ def test_scenes_are_read_again_by_another_version(saved):
     states = out / "read" / "states.json"
     known = json.loads(states.read_text())
     known["scenes/room"]["asked"][-1] = "another"
-    states.write_text(json.dumps(known))
+    write_files(out, {"read/states.json": json.dumps(known).encode()})
     read_sources(plan, out, told.append)
     assert told[2:] == ["Reading room from room.blend"]
 
@@ -182,15 +192,14 @@ def evaluated(*words, capfd) -> dict:
 
 
 def test_a_ground_in_parcels_is_what_one_process_finds(saved, capfd):
-    """Two workers on the loopback address, through the command line's front door."""
-    pytest.importorskip("distributed", reason="Dask is not installed")
+    """Two workers, through the command line's front door."""
     settings = bpy.context.scene.wayfarer
     settings.environment.n_headings = 8
     for clip in settings.clips:
         clip.use = clip.action.name.startswith(("walk", "turn_left_90", "turn_right_90"))
     whole = evaluated("--quiet", capfd=capfd)
     folder = saved.parent / "parcels"
-    words = ["--parcels", "3.5", "--scheduler", "local", "--workers", "2", "--out", folder]
+    words = ["--parcels", "3.5", "--scheduler", "processes", "--workers", "2", "--out", folder]
     found = evaluated(*words, capfd=capfd)
     for part in ("scene", "character", "graph", "embedding", "coverage", "variability"):
         assert found[part] == whole[part], part

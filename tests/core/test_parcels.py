@@ -191,7 +191,7 @@ def test_sets_are_read_back(planes):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a" / "0.set"
         write_set(path, NodeSet(tuple(planes)), 5)
-        assert read_set(path) == NodeSet(tuple(planes))
+        assert read_set(path, len(planes), 5) == NodeSet(tuple(planes))
         assert [p.name for p in path.parent.iterdir()] == ["0.set"]
 
 

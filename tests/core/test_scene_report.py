@@ -13,7 +13,7 @@ from core.embedding.embedding import embed
 from core.environment.environment import Environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.regions import RegionMask, RegionRule
-from core.errors import EvaluationError
+from core.errors import EvaluationError, StorageError
 from core.evaluation.ablation import ablate_steps
 from core.evaluation.environment_coverage import environment_coverage
 from core.evaluation.floor import ruled_cells
@@ -109,7 +109,7 @@ def test_files_hold_what_the_report_says(tmp_path, report):
     files = write_report(tmp_path / "new", report)
     names = {file.name for file in files}
     assert {"report.html", "report.json", "sizes.csv", "variability.png", "variability.svg", "pruning.svg"} <= names
-    assert names == {file.name for file in (tmp_path / "new").iterdir()}
+    assert {*names, ".wayfarer.json"} == {file.name for file in (tmp_path / "new").iterdir()}
     page = (tmp_path / "new" / "report.html").read_text()
     assert "Hall &lt;1&gt;" in page and "<script" not in page and "http:" not in page.replace("http://www.w3.org", "")
     read = json.loads((tmp_path / "new" / "report.json").read_text())
@@ -119,7 +119,7 @@ def test_files_hold_what_the_report_says(tmp_path, report):
             rows = list(csv.reader(io.StringIO((tmp_path / "new" / f"{name}.csv").read_text())))
             assert tuple(rows[0]) == found.columns and len(rows) == len(found.rows) + 1
     (tmp_path / "file").write_text("")
-    with pytest.raises(EvaluationError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be written"):
         write_report(tmp_path / "file", report)
 
 

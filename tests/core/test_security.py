@@ -42,8 +42,7 @@ EXCEPTIONS = {
         "addon/cli/study.py",
         "subprocess",
     ): "starts this same Python on our own program, without a shell",
-    ("core/parcels/problem.py", "np.load"): "with allow_pickle=False, see the test below",
-    ("core/study/subject.py", "np.load"): "with allow_pickle=False, see the test below",
+    ("core/files.py", "np.load"): "with allow_pickle=False, see the test below",
 }
 
 

@@ -41,6 +41,7 @@ from core.progress import finish
 from core.study.case import embedding_settings
 from core.study.clip_set import ClipSet, load_clip_set, save_clip_set
 from core.study.geometry import SceneGeometry, environment_of, load_scene, save_scene
+from core.study.lock import only_one
 from core.study.maps import BLOCKED, NOT_REACHED, write_maps
 from core.study.measures import QUANTITIES, Measure, checked_measure, measured
 from core.study.picture import LONGEST_SIDE, NOT_PASSED, ONLY_CROSSED, small_map
@@ -545,9 +546,67 @@ def test_that_dask_is_missing_is_said(tmp_path):
     lay_out(tmp_path)
     file = tmp_path / "study.toml"
     file.write_text('[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"')
-    result = cluster_program(file, "--out", tmp_path / "out", first="sys.modules['distributed'] = None")
+    result = cluster_program(
+        file, "--out", tmp_path / "out", "--scheduler", "local", first="sys.modules['distributed'] = None"
+    )
     assert result.returncode == 1 and "Dask is not installed" in result.stderr
     assert "--scheduler processes" in result.stderr and "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("how", ["processes", "local"])
+def test_nothing_in_the_current_folder_is_run(tmp_path, how):
+    if how == "local":
+        pytest.importorskip("distributed", reason="Dask is not installed")
+        pytest.importorskip("cryptography", reason="there is no TLS")
+    lay_out(tmp_path)
+    (tmp_path / "study.toml").write_text(
+        'measures = ["nodes"]\n[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"'
+    )
+    for name in ("multiprocessing", "numpy", "core", "json", "signal", "distributed"):
+        (tmp_path / f"{name}.py").write_text("import pathlib\npathlib.Path(__file__).with_suffix('.ran').touch()")
+    command = [sys.executable, ROOT / "addon" / "cli" / "cluster.py", "study.toml", "--out", "out"]
+    result = subprocess.run(
+        [*command, "--scheduler", how, "--workers", "1"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert result.returncode == 0, result.stderr
+    assert not list(tmp_path.glob("*.ran"))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this machine ends programs otherwise")
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_whatever_ends_a_study_ends_its_workers(tmp_path, how, code):
+    """Also those in the middle of a long task, without a traceback, and the folder is free again."""
+    lay_out(tmp_path, settings={})
+    save_scene(room(width=60.0), tmp_path / "open.npz")
+    (tmp_path / "study.toml").write_text(
+        'measures = ["nodes"]\n[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"\n[settings]\ncell_size = 0.03'
+    )
+    program = ROOT / "addon" / "cli" / "cluster.py"
+    command = [sys.executable, program, tmp_path / "study.toml", "--out", tmp_path / "out", "--workers", "1"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        until = time.monotonic() + 120
+        while not (workers := children(process.pid)):
+            assert process.poll() is None and time.monotonic() < until
+            time.sleep(0.1)
+        time.sleep(2.0)
+        (os.killpg if how == signal.SIGINT else os.kill)(process.pid, how)
+        assert process.wait(30) == code
+        until = time.monotonic() + 30
+        while any(Path(f"/proc/{worker}").exists() for worker in workers):
+            assert time.monotonic() < until, "a worker goes on"
+            time.sleep(0.1)
+        said = process.stderr.read()
+    assert "Traceback" not in said
+    assert how == signal.SIGKILL or "start it again to go on" in said
+    with only_one(tmp_path / "out"):
+        pass
+
+
+def children(pid: int) -> list[int]:
+    found = Path(f"/proc/{pid}/task/{pid}/children")
+    if not found.exists():
+        pytest.skip("this machine does not tell which processes a process has")
+    return [int(child) for child in found.read_text().split()]
 
 
 # ----------------------------------------------------------------------------------------------- large grounds

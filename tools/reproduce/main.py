@@ -3,11 +3,13 @@
 import argparse
 import json
 import os
+import tempfile
 from pathlib import Path
 
 import bpy
 
 from ...core.errors import ClipError
+from ...core.files import check_folder, write_files
 from ...core.report.drawing import svg
 from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
 from ...core.report.table import plain, table
@@ -68,6 +70,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.clips is not None and not options.clips.is_dir():
         raise ClipError(f"There is no folder '{options.clips}'; name one with BVH files in it.")
     make_folder(options.out)
+    check_folder(options.out, ["report.html", "report.json", "view.png"])
 
 
 def run(options: argparse.Namespace, journal) -> dict:
@@ -120,7 +123,7 @@ def run(options: argparse.Namespace, journal) -> dict:
 
     pictures = {}
     if not quick:
-        pictures["view"] = step("view", "Drawing the room in perspective", _draw_view, out / "view.png")
+        pictures["view"] = step("view", "Drawing the room in perspective", _draw_view)
     more = sections_of(reports["step_room"], (IMPORTANCE, CAPTURE, METRICS))
     report = {
         "paper": PAPER,
@@ -133,23 +136,28 @@ def run(options: argparse.Namespace, journal) -> dict:
     return report
 
 
-def _draw_view(path: Path) -> bytes:
+def _draw_view() -> bytes:
     """The room with the step as the add-on shows it: operators of the panel, then its own picture in perspective."""
     operators, settings = bpy.ops.wayfarer, bpy.context.scene.wayfarer
     settings.walk.duration = 40.0
     for name in ("build_motion_graph", "embed", "paint_map", "random_walk"):
         getattr(operators, name)()
-    draw_walk_view(path, shown_scene())
-    return path.read_bytes()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "view.png"
+        draw_walk_view(path, shown_scene())
+        return path.read_bytes()
 
 
 def _write(out: Path, parts: dict[str, Chapter], more: list[Section], pictures: dict, report: dict, options) -> None:
     charts = {name: chart for part in parts.values() for name, chart in part.figures.items()}
-    for name, chart in charts.items():
-        (out / f"{name}.svg").write_text(svg(chart), encoding="utf-8")
     page = html_page(_TITLE, _lead(options), _sections(parts, more, pictures))
-    (out / "report.html").write_text(page, encoding="utf-8")
-    (out / "report.json").write_text(json.dumps(report, indent=2, default=_plain) + "\n", encoding="utf-8")
+    files = {
+        **{f"{name}.svg": svg(chart).encode() for name, chart in charts.items()},
+        **{f"{name}.png": picture for name, picture in pictures.items()},
+        "report.html": page.encode(),
+        "report.json": (json.dumps(report, indent=2, default=_plain) + "\n").encode(),
+    }
+    write_files(out, files)
 
 
 _TITLE = "Evaluating and tuning motion graphs: the paper reproduced"
