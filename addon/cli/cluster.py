@@ -17,7 +17,7 @@ import threading
 import time
 import uuid
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,7 +69,7 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
     """An executor, of a Dask cluster on this machine, of the scheduler at an address, or of plain processes, and what
     to call now and then, so that missing workers are said."""
     if scheduler == PROCESSES:
-        with Processes(n_workers, get_context("spawn"), initializer=_watch_parent) as executor:
+        with Processes(n_workers, get_context("spawn"), core("study.tasks").end_with, (os.getpid(),)) as executor:
             try:
                 yield executor, lambda: None
             except BaseException:
@@ -134,18 +134,6 @@ class Processes(ProcessPoolExecutor):
         self.shutdown(wait=False, cancel_futures=True)
         for process in processes:
             process.terminate()
-
-
-def _watch_parent() -> None:
-    """In a process of ours: end with the one that started it, however that ends."""
-    parent = parent_process()
-
-    def end_after_parent() -> None:
-        parent.join()
-        os._exit(1)
-
-    if parent is not None:
-        threading.Thread(target=end_after_parent, daemon=True).start()
 
 
 class Terminated(BaseException):
