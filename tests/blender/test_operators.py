@@ -5,12 +5,15 @@ import numpy as np
 import pytest
 
 from bl_ext.user_default.wayfarer.addon.jobs import LongOperator
+from bl_ext.user_default.wayfarer.addon.operators.mixins import Browses
 from bl_ext.user_default.wayfarer.addon.results import staleness, store
 from bl_ext.user_default.wayfarer.core.errors import ClipError
 from bl_ext.user_default.wayfarer.core.motion.airborne import clearance_mask, jump_mask
 from bl_ext.user_default.wayfarer.core.motion.clip import MotionClip
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_repertoire, sample_skeleton
 from bl_ext.user_default.wayfarer.core.progress import Progress
+
+from .test_bridge_import_bvh import bvh
 
 operators = bpy.ops.wayfarer
 COLLECTIONS = ("objects", "meshes", "armatures", "actions", "collections", "curves", "materials", "scenes", "worlds")
@@ -288,10 +291,30 @@ def test_a_modal_job_runs_to_its_end(monkeypatch):
     assert context.window_manager.calls[-2:] == ["event_timer_remove", "progress_end"]
 
 
+def test_what_a_file_browser_chose_begins_as_work_of_its_own(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.bvh").write_text(bvh())
+
+    class WAYFARER_OT_import_bvh(Browses):
+        directory, files = "", ()
+
+        def as_keywords(self, ignore):
+            return {"directory": self.directory, "jump_tag": "", "use_body": False}
+
+    chosen = []
+    window_manager = type("Manager", (), {"fileselect_add": staticmethod(chosen.append)})
+    operator = WAYFARER_OT_import_bvh()
+    assert operator.invoke(type("Asked", (), {"window_manager": window_manager}), None) == {"RUNNING_MODAL"}
+    assert chosen == [operator] and not bpy.data.actions
+    operator.directory, operator.files = str(tmp_path), [type("File", (), {"name": "b.bvh"})]
+    assert operator.execute(bpy.context) == {"CANCELLED"}
+    assert [action.name for action in bpy.data.actions] == ["b"]
+
+
 def test_escape_cancels_without_applying(monkeypatch):
     job = Job()
     context = started(job, monkeypatch)
-    next(job._steps)
+    assert not job._work.advance(0.0)
     assert job.modal(context, Event("ESC")) == {"CANCELLED"}
     assert job.applied == [] and job.closed
     assert context.window_manager.calls[-2:] == ["event_timer_remove", "progress_end"]

@@ -31,7 +31,7 @@ def dask_client():
     """A client of Dask's scheduler with two worker processes on the loopback address, started once."""
     dask, distributed = (pytest.importorskip(name, reason="Dask is not installed") for name in ("dask", "distributed"))
     # Workers that start on a busy machine take long to be heard.
-    with dask.config.set({"distributed.comm.timeouts.connect": "5min"}):
+    with dask.config.set({"distributed.comm.timeouts.connect": "300s"}):
         cluster = distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
         )
