@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.errors import ClipError
 from ...core.motion import quat
-from ...core.motion.bvh.character import BvhCharacter, understand_bvh
+from ...core.motion.bvh.character import BvhCharacter, understand_bvh_steps
 from ...core.motion.bvh.clip import Fit, bvh_clip_steps, fit_character
 from ...core.motion.bvh.file import BvhFile
 from ...core.motion.bvh.reader import load_bvh_steps
@@ -64,8 +64,8 @@ def import_bvh_folder(folder, scale: float | None = None, up: str = "") -> tuple
     pose or size, are carried over to the skeleton of the first.
 
     ``scale`` is the length of a file's unit in metres, ``up`` the axis that points up in the files, a key of
-    ``TO_Z_UP``; by default both are found from the motion (:func:`understand_bvh`). The scene's rate and frame range
-    stay as they are.
+    ``TO_Z_UP``; by default both are found from the motion (:func:`understand_bvh_steps`). The scene's rate and frame
+    range stay as they are.
 
     Raises ClipError if the folder has no BVH file, or none that can be used.
     """
@@ -95,8 +95,8 @@ def import_bvh_files_steps(paths, scale: float | None = None, up: str = "") -> G
     before = what_is_there()
     complete = False
     try:
-        files, problems = yield from portion(_read_steps(list(map(Path, paths))), 0.0, _READING)
-        characters = understand_bvh(files, scale, up) if files else []
+        files, problems = yield from portion(_read_steps(list(map(Path, paths))), 0.0, 0.8 * _READING)
+        characters = yield from portion(understand_bvh_steps(files, scale, up), 0.8 * _READING, _READING)
         # By session id: no reference to Blender's data is held while other things happen.
         armature_uid, action_uids, fits = None, [], {}
         for done, (file, character) in enumerate(zip(files, characters, strict=True)):
@@ -153,7 +153,7 @@ def _remarks(files: Sequence[BvhFile], characters: Sequence[BvhCharacter], fits:
     for file, character in zip(files, characters, strict=True):
         fit = fits.get(id(character))
         if fit is not None and not fit.is_same:
-            unlike.setdefault(f"{fit.reason} ({character.describe()})", []).append(f"'{file.name}'")
+            unlike.setdefault(fit.reason, []).append(f"'{file.name}'")
     for reason, names in unlike.items():
         named = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
         verb = "has" if len(names) == 1 else "have"

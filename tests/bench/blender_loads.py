@@ -111,7 +111,42 @@ def _perform_differently(action, name: str, rng: np.random.Generator) -> None:
                 points.foreach_set("co", keys)
 
 
-LOADS = {"actions": many_actions}
+def many_files(n_files: int) -> dict:
+    """The sample's clips as BVH files: imported by us and, every tenth of them, by Blender's own importer."""
+    import addon_utils
+    import bpy
+
+    from bl_ext.user_default.wayfarer.addon.bridge.import_bvh import bvh_files, import_bvh_files_steps
+    from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_repertoire
+    from tests.core.bvh_writer import bvh_text
+
+    addon_utils.enable("io_anim_bvh")
+    watch, sample = Watch(), sample_repertoire(100)
+    with tempfile.TemporaryDirectory(prefix="wayfarer-load-") as name:
+        folder = Path(name)
+        texts = [bvh_text(clip) for clip in sample]
+        for number in range(n_files):
+            (folder / f"take_{number:03}.bvh").write_text(texts[number % len(texts)])
+        paths = bvh_files(folder)
+        made = watch.run("import", import_bvh_files_steps(paths))
+        n_keys = sum(int(action.frame_range[1]) for action in made.actions)
+        started = time.perf_counter()
+        for path in paths[::10]:
+            bpy.ops.import_anim.bvh(filepath=str(path), global_scale=0.01)
+        reference = n_files / len(paths[::10]) * (time.perf_counter() - started)
+    seconds = watch.record["import_seconds"]
+    return {
+        "files": len(made.actions),
+        "frames": n_keys,
+        "longest": watch.record["import_longest"],
+        "seconds": seconds,
+        "reference": "Blender's importer, by a tenth of the files",
+        "reference_seconds": reference,
+        "ratio": reference / seconds,
+    }
+
+
+LOADS = {"actions": many_actions, "files": many_files}
 
 if __name__ == "__main__":
     folder = start_blender()

@@ -1,7 +1,7 @@
 """Loads beyond any everyday scene: 500 clips, a rig of 300 bones, two million triangles, a hundred embeddings.
 
 ``python3 dev.py bench load_clips load_bones load_triangles load_again load_actions``. There is nothing to compare them
-with; what counts is that they end, and what they take.
+with but for ``import_bvh``; what counts is that they end, and what they take.
 """
 
 import json
@@ -100,15 +100,24 @@ def a_hundred_embeddings() -> Benchmark:
 
 def five_hundred_actions() -> Benchmark:
     """The same through the add-on: actions listed, read, examined and made a graph of, in Blender."""
+    return _in_blender("actions", 500)
 
+
+def hundred_bvh_files() -> Benchmark:
+    """A folder of BVH files becomes the actions of one armature; beside it Blender's own importer."""
+    return _in_blender("files", 100)
+
+
+def _in_blender(load: str, size: int) -> Benchmark:
     def run() -> str:
-        command = [sys.executable, str(Path(__file__).with_name("blender_loads.py")), "actions", "500"]
+        command = [sys.executable, str(Path(__file__).with_name("blender_loads.py")), load, str(size)]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
     return Benchmark(run, counts=lambda told: json.loads(told.rpartition("RECORD ")[2]), own_process=True)
 
 
 BENCHMARKS = {
+    "import_bvh": hundred_bvh_files,
     "load_actions": five_hundred_actions,
     "load_clips": five_hundred_clips,
     "load_bones": three_hundred_bones,

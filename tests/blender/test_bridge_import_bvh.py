@@ -14,7 +14,7 @@ from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip, re
 from bl_ext.user_default.wayfarer.addon.bridge.rig import bind_rig
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
 from bl_ext.user_default.wayfarer.core.errors import ClipError
-from bl_ext.user_default.wayfarer.core.motion.bvh.character import understand_bvh
+from bl_ext.user_default.wayfarer.core.motion.bvh.character import understand_bvh_steps
 from bl_ext.user_default.wayfarer.core.motion.bvh.reader import load_bvh_steps
 from bl_ext.user_default.wayfarer.core.motion.repertoire import sample_repertoire
 from bl_ext.user_default.wayfarer.core.progress import finish
@@ -68,7 +68,7 @@ def bvh(n_frames=10, frame_time=0.05, seed=0, joints=JOINTS, announced=None):
 
 
 def found_unit(path):
-    [character] = understand_bvh([finish(load_bvh_steps(path))])
+    [character] = finish(understand_bvh_steps([finish(load_bvh_steps(path))]))
     return character.unit
 
 
@@ -366,7 +366,8 @@ def test_several_rest_poses_in_a_folder_and_what_is_said(tmp_path, capfd):
     assert bpy.ops.wayfarer.import_bvh(directory=str(tmp_path)) == {"FINISHED"}
     said = capfd.readouterr().out
     assert "Y is up, lengths are in centimetres, and the character is 1.55 m tall" in said
-    assert "'b_turn_left_90.bvh' has another rest pose" in said and "skeleton of 'a_walk.bvh'" in said
+    assert "'b_arc_left.bvh', 'b_turn_left_90.bvh' have another rest pose" in said
+    assert "carried over to the skeleton of 'a_walk.bvh'" in said
     for action in bpy.data.actions:
         clip, expected = read_clip(bpy.context.scene.wayfarer.character, action), sample(action.name[2:])
         joints = [clip.skeleton.index(name) for name in expected.skeleton.names]

@@ -8,7 +8,7 @@ import pytest
 
 from core.errors import ClipError
 from core.motion import quat
-from core.motion.bvh.character import CMU_UNIT, understand_bvh
+from core.motion.bvh.character import CMU_UNIT, BvhCharacter, understand_bvh_steps
 from core.motion.bvh.clip import bvh_clip_steps, fit_character
 from core.motion.bvh.file import BvhFile
 from core.motion.bvh.reader import parse_bvh_steps
@@ -35,9 +35,13 @@ def parsed(content: str | bytes, name: str = "walk.bvh") -> BvhFile:
     return finish(parse_bvh_steps(content.encode() if isinstance(content, str) else content, name))
 
 
+def understood(files, unit: float | None = None, up: str = "") -> list[BvhCharacter]:
+    return finish(understand_bvh_steps(files, unit, up))
+
+
 def clips_of(*files: BvhFile, unit: float | None = None, up: str = "") -> list[MotionClip]:
     """What an import makes of files: clips on the skeleton of the first."""
-    characters = understand_bvh(files, unit, up)
+    characters = understood(files, unit, up)
     return [
         finish(bvh_clip_steps(file, character, characters[0], fit_character(characters[0], character)))
         for file, character in zip(files, characters, strict=True)
@@ -180,7 +184,7 @@ def test_places_stand_for_offsets_and_zeros_are_added():
 @pytest.mark.parametrize("unit", [1.0, 0.01, 0.0254, CMU_UNIT])
 def test_axes_units_and_rest_poses(up, folded, unit):
     file = parsed(walk_text(up=up, folded=folded, unit=unit))
-    [character] = understand_bvh([file])
+    [character] = understood([file])
     assert (character.up, character.unit) == (up, unit)
     assert 1.5 < character.height < 1.9 and f"{up} is up" in character.describe()
     [clip] = clips_of(file)
@@ -194,12 +198,12 @@ def test_axes_units_and_rest_poses(up, folded, unit):
 def test_axes_without_names():
     names = {name: f"bone{index}" for index, name in enumerate(walks()["walk"].skeleton.names)}
     for up in ("Y", "Z", "-Y"):
-        [character] = understand_bvh([parsed(walk_text(up=up, name_of=names.__getitem__))])
+        [character] = understood([parsed(walk_text(up=up, name_of=names.__getitem__))])
         assert (character.up, character.unit) == (up, 0.01)
 
 
 def test_what_is_set_counts():
-    [character] = understand_bvh([parsed(walk_text())], unit=0.02, up="Z")
+    [character] = understood([parsed(walk_text())], unit=0.02, up="Z")
     assert (character.up, character.unit) == ("Z", 0.02)
 
 
@@ -209,7 +213,7 @@ def test_a_place_on_the_stage_in_an_offset(offset):
     text = walk_text(extra_root="joint_Root")
     start = text.index("OFFSET", text.index("JOINT Hips"))
     file = parsed(text[:start] + f"OFFSET {offset}" + text[text.index("\n", start) :])
-    [character] = understand_bvh([file])
+    [character] = understood([file])
     assert character.unit == 0.01 and 1.5 < character.height < 1.9
     [clip] = clips_of(file)
     assert_same_motion(clip, walks()["walk"])
@@ -241,7 +245,7 @@ def test_other_rest_poses_under_the_same_names_are_carried_over(first, second):
 def test_another_size_walks_at_the_size_of_the_first():
     small = walks()["turn_left_90"]
     text = walk_text("turn_left_90", unit=0.01 / 0.7)  # everything 0.7 times as long, and so is the way
-    own, other = understand_bvh([parsed(walk_text()), parsed(text)], unit=0.01)
+    own, other = understood([parsed(walk_text()), parsed(text)], unit=0.01)
     fit = fit_character(own, other)
     assert fit.reason == "another size" and fit.ratio == pytest.approx(1 / 0.7, rel=1e-4)
     clip = finish(bvh_clip_steps(parsed(text), other, own, fit))
@@ -249,7 +253,7 @@ def test_another_size_walks_at_the_size_of_the_first():
 
 
 def test_other_joints_are_named():
-    first, other = understand_bvh([parsed(walk_text()), parsed(walk_text().replace("Head", "Skull"))])
+    first, other = understood([parsed(walk_text()), parsed(walk_text().replace("Head", "Skull"))])
     with pytest.raises(ClipError, match="bone 'Head'"):
         fit_character(first, other)
 
@@ -327,5 +331,5 @@ def test_one_person_lying_among_others_lies():
     values = lying.values.copy()
     values[:, :6] = [0.0, 20.0, 0.0, 0.0, 90.0, 0.0]
     lying = replace(lying, values=values)
-    assert [character.up for character in understand_bvh([lying])] != ["Y"]
-    assert [character.up for character in understand_bvh([lying, walk, walk])] == ["Y"] * 3
+    assert [character.up for character in understood([lying])] != ["Y"]
+    assert [character.up for character in understood([lying, walk, walk])] == ["Y"] * 3

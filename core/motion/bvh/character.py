@@ -6,13 +6,14 @@ a stage, the character is taken as it stands in the motion.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ... import wording
 from ...errors import ClipError
+from ...progress import Progress
 from .. import quat
 from ..joint_roles import JointRole
 from ..kinematics import descendants, local_transforms, world_transforms
@@ -98,7 +99,9 @@ class _Samples:
     places: np.ndarray
 
 
-def understand_bvh(files: Sequence[BvhFile], unit: float | None = None, up: str = "") -> list[BvhCharacter]:
+def understand_bvh_steps(
+    files: Sequence[BvhFile], unit: float | None = None, up: str = ""
+) -> Generator[Progress, None, list[BvhCharacter]]:
     """Return the character of each file: one for all files that have the same joints and offsets.
 
     ``unit`` and ``up`` are found from the motion where they are not given: up is the axis along which the head is above
@@ -109,15 +112,20 @@ def understand_bvh(files: Sequence[BvhFile], unit: float | None = None, up: str 
     Raises ClipError if a skeleton has no size.
     """
     groups: dict[tuple, list[int]] = {}
+    samples: list[_Samples] = []
+    of_files: list[dict[str, float]] = []
     for place, file in enumerate(files):
+        yield Progress(0.7 * place / len(files), f"Looking at {file.name}")
         key = (file.names, tuple(file.parents), tuple(np.round(file.offsets, 3).ravel()))
         groups.setdefault(key, []).append(place)
-    samples = [_sample(file) for file in files]
-    votes = [_total(_votes(files[k], samples[k]) for k in places) for places in groups.values()]
-    everyone = _total(votes)
+        samples.append(_sample(file))
+        of_files.append(_votes(file, samples[-1]))
+    everyone = _total(of_files)
     result: dict[int, BvhCharacter] = {}
-    for places, own in zip(groups.values(), votes, strict=True):
-        chosen = up or _elected(own) or _elected(everyone) or _rest_up(files[places[0]]) or "Y"
+    for places in groups.values():
+        yield Progress(0.7 + 0.3 * len(result) / len(files), f"Looking at {files[places[0]].name}")
+        own = _elected(_total(of_files[k] for k in places))
+        chosen = up or own or _elected(everyone) or _rest_up(files[places[0]]) or "Y"
         character = _character([files[k] for k in places], [samples[k] for k in places], chosen, unit)
         result.update(dict.fromkeys(places, character))
     return [result[place] for place in range(len(files))]
