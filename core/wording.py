@@ -6,13 +6,16 @@ Files that programs read (CSV, JSON) hold plain numbers, and units in ASCII: "m2
 
 import math
 
+_ENDLESS = 1e15
+"""No quantity of a scene comes near it; what does is a slip or damage, and is not told digit by digit."""
+
 _LONGEST = 60
 """Characters of what somebody wrote that are repeated in a sentence."""
 
 
 def number(count: int) -> str:
     """ "7", "1,200": all digits of what can be counted."""
-    return f"{count:,}"
+    return f"{count:,}" if abs(count) < _ENDLESS else _exponent(count)
 
 
 def of(part: int, whole: int) -> str:
@@ -28,8 +31,8 @@ def counted(count: int, noun: str, plural: str = "") -> str:
 def quoted(value: object) -> str:
     """A value that somebody wrote, as it was written if that is short: "'all'", "-1"; never longer than a line.
 
-    >>> quoted("all"), quoted([10**30] * 9)
-    ("'all'", '[1000000000000000000000000000000, 1000000000000000000000000...')
+    >>> quoted("all"), len(quoted([10**30] * 9))
+    ("'all'", 60)
     """
     if isinstance(value, int) and abs(value) >= 10**_LONGEST:
         return "a number of too many digits"
@@ -66,6 +69,8 @@ def rough(value: float) -> str:
 def _digits(value: float, digits: int = 3) -> str:
     if value == 0:
         return "0"
+    if abs(value) >= _ENDLESS:
+        return _exponent(value)
     places = max(digits - 1 - math.floor(math.log10(abs(value)) + 1e-12), 0)
     text = f"{value:,.{places}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
@@ -169,5 +174,11 @@ def coordinates(x: float, y: float) -> str:
 
 
 def _rounded(value: float, places: int) -> str:
+    if abs(value) >= _ENDLESS:
+        return _exponent(value)
     # With z, there is no minus before a zero.
     return f"{value:z,.{places}f}"
+
+
+def _exponent(value: float) -> str:
+    return f"{value:.1e}" if abs(value) < 1e308 else "more than 1e308" if value > 0 else "less than -1e308"

@@ -3,8 +3,8 @@
 The same through the bpy module: ``python3 dev.py command scene.blend -- evaluate ...``. Standard output holds nothing
 but what was asked for; progress and whatever Blender has to say go to standard error (in Blender itself from the moment
 the command starts; say --quiet for what comes before). Nothing is saved unless ``--out`` says where. Exit codes: 0 if
-all went well, 1 with a sentence if something is wrong with the scene, 2 for a wrong command line; of a study 3 if some
-of its cases failed.
+all went well, 1 with a sentence if something is wrong with the scene, 2 for a wrong command line, 130 after Ctrl-C; of
+a study 3 if some of its cases failed, 143 after SIGTERM.
 """
 
 import argparse
@@ -272,6 +272,9 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
                 return run_study(options, out) if options.command == "study" else _run(options, blend, out)
         except Ended as end:
             return end.code
+        except KeyboardInterrupt:
+            print(f"{NAME}: stopped.", file=sys.stderr, flush=True)
+            return 130
         except MotionGraphError as error:
             sentence = str(error)
         except OSError as error:

@@ -1,5 +1,6 @@
 """The folder that engines read: the embedding, the clips, the reader and a page about them."""
 
+import re
 import tempfile
 from collections.abc import Generator
 from pathlib import Path
@@ -57,8 +58,8 @@ def engine_folder_steps(
             )
         check_exportable(character)
     page = _README.format(
-        scene=scene_name,
-        character=character.name if character else "the character",
+        scene=_plain_markdown(scene_name),
+        character=_plain_markdown(character.name) if character else "the character",
         nodes=counted(embedding.n_nodes, "node"),
         links=counted(embedding.n_links, "link"),
     )
@@ -74,6 +75,11 @@ def engine_folder_steps(
     # Whoever has pressed Esc meanwhile is heard before anything is written.
     yield Progress(1.0, "Writing files")
     return files
+
+
+def _plain_markdown(name: str) -> str:
+    """Return a name that Markdown shows as it is: no link, no picture, no HTML."""
+    return re.sub(r"([\\`*_{}\[\]()#+.!|<>&~-])", r"\\\1", " ".join(name.split()))
 
 
 def write_engine_folder(folder: Path, files: dict[str, bytes | bytearray]) -> None:

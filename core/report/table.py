@@ -46,8 +46,8 @@ class Table:
         """Write comma-separated values, the names of the columns first."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows([["" if cell is None else plain(cell) for cell in row] for row in self.rows])
+        writer.writerow([_inert(column) for column in self.columns])
+        writer.writerows([["" if cell is None else _inert(plain(cell)) for cell in row] for row in self.rows])
         return text.getvalue()
 
     def records(self) -> list[dict[str, Cell]]:
@@ -72,6 +72,9 @@ class Table:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
+#: The characters that a formula can begin with, in full width, too.
+_FORMULA = frozenset("=+-@\t\uff1d\uff0b\uff0d\uff20")
+
 _UNITS = re.compile(r"\b(m|rad)2\b")
 
 
@@ -92,6 +95,19 @@ def plain(value):
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
+
+
+def _inert(cell: Cell) -> Cell:
+    """Return a cell that no spreadsheet takes for a formula; numbers stay what they are.
+
+    >>> _inert("=1+1"), _inert("walk"), _inert(-1)
+    ("'=1+1", 'walk', -1)
+    """
+    if not isinstance(cell, str):
+        return cell
+    # Readers take a carriage return for the end of the row.
+    text = cell.replace("\r", " ")
+    return f"'{text}" if text.lstrip(" \n")[:1] in _FORMULA else text
 
 
 def _html_cell(cell: Cell, unit: str) -> str:

@@ -167,3 +167,12 @@ def test_page_is_well_formed_and_needs_nothing_from_elsewhere():
     assert outline.open == [] and outline.titles == ["Reach & <co>", "Tables"]
     assert outline.sources and all(source.startswith("data:image/png;base64,") for source in outline.sources)
     assert "<script" not in page and "a &lt; b" in page
+
+
+def test_texts_that_spreadsheets_would_run_are_inert():
+    """Whatever a name begins with, columns and cells alike; numbers stay numbers."""
+    names = ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", " =1", "\n=1"]
+    written = list(csv.reader(io.StringIO(table(names, [names]).csv(), newline="")))
+    for row in written:
+        assert [cell.startswith("'") for cell in row] == [True] * len(names)
+    assert table(("a", "b"), [(-1, -0.5)]).csv() == "a,b\n-1,-0.5\n"

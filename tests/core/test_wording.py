@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core import wording
 from core.wording import (
     amount,
     angle,
@@ -137,3 +138,12 @@ def test_a_short_number_is_near_and_never_has_an_exponent(value):
 def test_nothing_and_everything_are_said_only_of_themselves(part):
     assert (share(part) == "0%") == (part == 0) and (share(part) == "100%") == (part == 1)
     assert "100.0" not in share(part) and share(part) != "0.0%"
+
+
+def test_what_is_out_of_all_bounds_is_said_shortly():
+    w = wording
+    for say in (w.short, w.exact, w.amount, w.area, w.length, w.time, w.small, w.speed, w.memory):
+        for value in (1e15, -1e20, 1e300, 1.7e308):
+            assert len(say(value)) <= 24, (say, value)
+    assert len(w.number(10**300)) <= 24 and w.number(10**400) == "more than 1e308"
+    assert len(w.quoted("x" * 10**6)) <= 60 and len(w.quoted(10**5000)) <= 60
