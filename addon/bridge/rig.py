@@ -8,13 +8,10 @@ import numpy as np
 
 from ...core.errors import ClipError
 from ...core.motion import quat
+from ...core.motion.anatomy import find_body_root, find_facing
 from ...core.motion.kinematics import ancestors, descendants, local_transforms
-from ...core.motion.sides import mirrored_pairs
 from ...core.motion.skeleton import Skeleton
 from .rotation_modes import REST_CHANNELS
-
-_LEG = ("thigh", "leg", "hip", "femur", "shin", "calf", "knee", "foot", "ankle")
-_UP = np.array([0.0, 0.0, 1.0])
 
 FORWARD_PROPERTY = "wayfarer_forward"
 """Custom property of an armature object: the direction, in armature space, that the character faces."""
@@ -159,7 +156,8 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
     if root_bone and root_bone not in index_of:
         raise ClipError(f"The armature '{armature_object.name}' has no bone called '{root_bone}' to be its root.")
     deforming = np.array([bone.use_deform for bone in bones])
-    root = index_of[root_bone] if root_bone else _body_root(names, parents, deforming)
+    heads = placement.scale * quat.rotate(placement.rotation, rests[:, :3, 3])
+    root = index_of[root_bone] if root_bone else find_body_root(names, parents, heads, deforming)
 
     order = _joint_order(parents, root)
     place = np.argsort(order)  # from bone index to joint index
@@ -228,36 +226,6 @@ def read_matrices(collection, attribute: str) -> np.ndarray:
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(float)  # Blender stores columns
 
 
-def _body_root(names, parents, deforming) -> int:
-    meeting_points = [
-        (_depth(parents, left), meeting)
-        for left, right in _leg_pairs(names, parents, deforming)
-        if (meeting := _meeting_point(parents, left, right)) >= 0
-    ]
-    if meeting_points:
-        return min(meeting_points)[1]
-    tops = np.flatnonzero(parents < 0)
-    bodies = np.array([_top(parents, index) for index in range(len(parents))])
-    sizes = [np.count_nonzero((bodies == top) & deforming) for top in tops]
-    return int(tops[np.argmax(sizes)])
-
-
-def _leg_pairs(names, parents, deforming):
-    """Index pairs of left and right leg bones, those that deform if any does."""
-    pairs = [
-        (names.index(left), names.index(right))
-        for left, right in mirrored_pairs(names)
-        if any(word in left.lower() for word in _LEG) and not _is_control(left)
-    ]
-    return [pair for pair in pairs if deforming[pair[0]]] or pairs
-
-
-def _is_control(name: str) -> bool:
-    """Return True if the name is that of an IK control or a pole, which hang from anywhere."""
-    lowered = name.lower()
-    return "ik" in lowered.replace("-", "_").replace(".", "_").split("_") or "pole" in lowered
-
-
 def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
     to_world = placement.rotation
     rotations = quat.multiply(to_world, quat.from_matrix(rests[:, :3, :3]))
@@ -268,28 +236,11 @@ def _skeleton(names, bone_parents, rests, placement, forward) -> Skeleton:
     if forward is not None:
         direction = quat.rotate(to_world, np.asarray(forward, dtype=float) / np.linalg.norm(forward))
     else:
-        direction = _forward(names, bone_parents, positions)
+        direction = find_facing(names, bone_parents, positions)
         if direction is None:
             direction = quat.rotate(to_world, [0.0, -1.0, 0.0])
     own_forward = quat.rotate(quat.inverse(rotations[0]), direction)
     return Skeleton(tuple(names), parents, *local_transforms(rotations, positions, parents), own_forward)
-
-
-def _forward(names, bone_parents, positions):
-    """World direction left x up of the first pair of bones that stand apart: legs, then from the root down."""
-    size = np.ptp(positions, axis=0).max()
-    pairs = [(names.index(left), names.index(right)) for left, right in mirrored_pairs(names)]
-    pairs.sort(
-        key=lambda pair: (
-            not any(word in names[pair[0]].lower() for word in _LEG) or _is_control(names[pair[0]]),
-            _depth(bone_parents, pair[0]),
-        )
-    )
-    for left, right in pairs:
-        direction = np.cross(positions[left] - positions[right], _UP)
-        if np.linalg.norm(direction) > 0.01 * size:
-            return direction / np.linalg.norm(direction)
-    return None
 
 
 def _evaluation_reason(armature_object, pose_bones) -> str:
@@ -345,13 +296,3 @@ def _depths(parents) -> np.ndarray:
 
 def _depth(parents, index) -> int:
     return len(ancestors(parents, index))
-
-
-def _top(parents, index) -> int:
-    return ([index, *ancestors(parents, index)])[-1]
-
-
-def _meeting_point(parents, left, right) -> int:
-    """The nearest common ancestor, -1 if there is none."""
-    above = set(ancestors(parents, right))
-    return next((ancestor for ancestor in ancestors(parents, left) if ancestor in above), -1)

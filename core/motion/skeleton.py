@@ -78,7 +78,8 @@ class Skeleton:
     @cached_property
     def roles(self) -> Mapping[tuple[JointRole, str], tuple[int, ...]]:
         """Joints by role and side: see :func:`.joint_roles.guess_joint_roles`."""
-        return guess_joint_roles(self.names, self.parents, self.rest_world[1][:, 2])
+        left = np.cross([0.0, 0.0, 1.0], self.rest_forward)
+        return guess_joint_roles(self.names, self.parents, self.rest_world[1], left)
 
     @property
     def hips(self) -> int:
