@@ -52,31 +52,27 @@ def find_facing(names: Sequence[str], parents: np.ndarray, positions: np.ndarray
     size = float(np.ptp(positions, axis=0).max())
     limbs = find_limbs(names, parents, positions)
     legs = [tuple(limbs[role, side][0] for role in (*LEG, JointRole.TOES) if (role, side) in limbs) for side in SIDES]
-    up = _UP
+    up, toes = _UP, None
     if all(len(leg) >= 3 for leg in legs):
         along = np.sum([positions[leg[0]] - positions[leg[2]] for leg in legs], axis=0)
-        lies = abs(along[2]) < 0.5 * np.linalg.norm(along) and np.linalg.norm(along) > 0.2 * size
-        if lies:
-            up = along / np.linalg.norm(along)
-        elif along[2] > 0 and (toes := toes_direction(positions, legs)) is not None:
-            across = np.sum([positions[a] - positions[b] for a, b in zip(*legs, strict=False)], axis=0)
-            own = np.cross(across, _UP)
-            # Feet turn out: the line through both legs says more exactly what the toes say roughly.
-            straight = np.linalg.norm(own) > 0.01 * size
-            agrees = own @ toes
-            if not straight or abs(agrees) < 0.5 * np.linalg.norm(own):
-                return toes
-            return np.sign(agrees) * own / np.linalg.norm(own)
-    pairs = [
-        tuple(limbs[role, side][0] for side in SIDES) for role in (*LEG, *ARM) if all((role, s) in limbs for s in SIDES)
-    ]
+        length = np.linalg.norm(along)
+        if length > 0.2 * size and abs(along[2]) < 0.5 * length:
+            up = along / length
+        elif along[2] > 0:
+            toes = toes_direction(positions, legs)
+    pairs = list(zip(*legs, strict=False))
+    pairs += [tuple(limbs[role, side][0] for side in SIDES) for role in ARM if all((role, s) in limbs for s in SIDES)]
     named = [(names.index(left), names.index(right)) for left, right in mirrored_pairs(names)]
     named.sort(key=lambda pair: (not _is_leg(names[pair[0]]), len(ancestors(parents, pair[0]))))
     for left, right in (*pairs, *named):
         direction = np.cross(positions[left] - positions[right], up)
         if np.linalg.norm(direction) > 0.01 * size:
-            return direction / np.linalg.norm(direction)
-    return None
+            direction = direction / np.linalg.norm(direction)
+            # Feet turn out: they say roughly where the line through both legs says exactly.
+            if toes is None or direction @ toes > 0.5:
+                return direction
+            return toes if direction @ toes > -0.5 else -direction
+    return toes
 
 
 def _with_trunk(root: int, limbs: Roles, parents: np.ndarray, positions: np.ndarray) -> int:
