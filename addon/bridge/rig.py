@@ -16,6 +16,9 @@ from .rotation_modes import REST_CHANNELS
 FORWARD_PROPERTY = "wayfarer_forward"
 """Custom property of an armature object: the direction, in armature space, that the character faces."""
 
+ROOT_PROPERTY = "wayfarer_root"
+"""Custom property of an armature object: the name of the bone that carries the body."""
+
 _LEVEL = 0.05
 """A direction of unit length is horizontal enough to face if what lies in the ground's plane is at least this long."""
 
@@ -119,20 +122,20 @@ class RigBinding:
 def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, float] | None = None) -> RigBinding:
     """The skeleton of an armature object and how it corresponds to its bones.
 
-    The root joint is ``root_bone`` or, if that is empty, the bone that carries the body: where the left and
-    the right leg meet, or, on a rig whose names tell no legs, the parentless bone with the most deforming
-    bones below it.
+    The root joint is ``root_bone``; if that is empty, the bone that the armature object's custom property
+    ``wayfarer_root`` names; if there is none, the bone that carries the body: see
+    :func:`core.motion.anatomy.find_body_root`.
 
     ``forward``, in armature space, says where the character faces. If it is not given, the armature object's
-    custom property ``wayfarer_forward`` does; if that is not there either, it is derived from the rest pose
-    as left x up, with the left from the legs, or else from any left/right pair of bones; and on a rig
-    without pairs it is Blender's convention, -Y.
+    custom property ``wayfarer_forward`` does; if that is not there either, it is that of the rest pose, see
+    :func:`core.motion.anatomy.find_facing`, or else Blender's convention, -Y.
 
     The world is the scene's: the object's location, rotation and uniform scale are included, one Blender
     unit is one metre.
 
     Raises ClipError if the object is no armature, has no bones, is scaled unevenly or mirrored, if it has no
-    bone called ``root_bone``, or if its ``wayfarer_forward`` is no direction that anyone can face.
+    bone called ``root_bone`` or as ``wayfarer_root`` says, or if its ``wayfarer_forward`` is no direction that anyone
+    can face.
     """
     if armature_object is None or armature_object.type != "ARMATURE":
         name = armature_object.name if armature_object else "nothing"
@@ -153,6 +156,7 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
             f"The rest position of bone '{names[np.argmax(broken)]}' of '{armature_object.name}' is not a number; "
             "place it anew in edit mode."
         )
+    root_bone = root_bone or chosen_root(armature_object)
     if root_bone and root_bone not in index_of:
         raise ClipError(f"The armature '{armature_object.name}' has no bone called '{root_bone}' to be its root.")
     deforming = np.array([bone.use_deform for bone in bones])
@@ -177,6 +181,19 @@ def bind_rig(armature_object, root_bone: str = "", forward: tuple[float, float, 
         placement=placement,
         evaluation_reason=_evaluation_reason(armature_object, pose_bones),
     )
+
+
+def chosen_root(armature_object) -> str:
+    """Return what the armature object's custom property ``wayfarer_root`` says; empty if there is none.
+
+    Raises ClipError if that is no text.
+    """
+    value = armature_object.get(ROOT_PROPERTY, "")
+    if not isinstance(value, str):
+        raise ClipError(
+            f"'{armature_object.name}' has a property {ROOT_PROPERTY} that is no name of a bone; correct or remove it."
+        )
+    return value
 
 
 def chosen_forward(armature_object) -> tuple[float, float, float] | None:

@@ -1,9 +1,11 @@
 """The list of clips, what is wrong with them, and when their feet are on the ground."""
 
+import contextlib
 from dataclasses import astuple
 
 import bpy
 from bpy.props import IntProperty, StringProperty
+from mathutils import Matrix, Quaternion, Vector
 
 from ...core.errors import ClipError
 from ...core.motion.contacts import foot_contacts
@@ -14,7 +16,9 @@ from ...core.report.contact_chart import ClipContacts, contact_chart
 from ...core.report.page import Figure, Section
 from ...core.report.table import Table, table
 from ...core.wording import counted
+from ..bridge.action_curves import action_curves
 from ..bridge.read_actions import read_clip
+from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, placement_obstacle
 from ..bridge.write_action import write_clip
 from ..exports.report import open_page
 from ..jobs import LongOperator
@@ -69,8 +73,9 @@ class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
     bl_idname = "wayfarer.examine_clips"
     bl_label = "Examine Clips"
     bl_description = (
-        "Look for T-poses, frozen or lost channels, pops, missing root motion and clips that are too short, in all "
-        "clips that are ticked; nothing is changed"
+        "Look for T-poses, frozen or lost channels, pops, missing root motion, clips that are too short, and "
+        "characters that lie, face elsewhere than they go or have another size than a person's, in all clips that are "
+        "ticked; nothing is changed"
     )
 
     def steps(self, context):
@@ -121,10 +126,18 @@ class WAYFARER_OT_apply_remedy(NeedsCharacter, bpy.types.Operator):
         remedy = _remedy(scene, self.action, self.finding)
         action = bpy.data.actions.get(self.action)
         health = health_of(scene, action) if action is not None else None
+        if remedy is not None and remedy.kind is RemedyKind.BY_HAND:
+            raise ClipError(f"To {remedy.kind.value} is all that helps.")
         if remedy is None or health is None:
             raise ClipError(f"The action '{self.action}' has changed since it was examined; examine it again.")
-        done = _TREATMENTS[remedy.kind](scene, action, health, remedy)
-        _examine(scene, action)
+        if remedy.kind.is_for_character:
+            examined = [clip.action for clip in scene.wayfarer.clips if clip.action and health_of(scene, clip.action)]
+            done = _treat_character(scene, remedy)
+            for other in examined:
+                _examine(scene, other)
+        else:
+            done = _TREATMENTS[remedy.kind](scene, action, health, remedy)
+            _examine(scene, action)
         self.report({"INFO"}, done)
 
 
@@ -172,6 +185,37 @@ def _add_root_motion(scene, action, health: ClipHealth, remedy: Remedy) -> str:
     return f"'{moving.name}' travels over the ground and takes the place of '{action.name}'"
 
 
+def _treat_character(scene, remedy: Remedy) -> str:
+    character = scene.wayfarer.character
+    if remedy.kind is RemedyKind.ROOT:
+        character[ROOT_PROPERTY] = remedy.bone
+        return f"'{remedy.bone}' is the root of '{character.name}' now"
+    if remedy.kind is RemedyKind.FACE:
+        character[FORWARD_PROPERTY] = tuple(character.matrix_world.to_3x3().inverted() @ Vector(remedy.values))
+        return f"'{character.name}' faces the way that its body does"
+    reason = placement_obstacle(character) or _keys_object(scene)
+    if reason:
+        raise ClipError(f"'{character.name}' cannot be moved: {reason}. Remove that, or correct the source.")
+    if remedy.kind is RemedyKind.LIFT:
+        change, done = Matrix.Translation((0.0, 0.0, remedy.values[0])), "stands on the floor"
+    elif remedy.kind is RemedyKind.SCALE:
+        change, done = Matrix.Scale(remedy.values[0], 4), f"is scaled by {remedy.values[0]:.3g}"
+    else:
+        change, done = Quaternion(remedy.values).to_matrix().to_4x4(), "stands upright"
+    character.matrix_world = change @ character.matrix_world
+    bpy.context.view_layer.update()
+    return f"'{character.name}' {done}"
+
+
+def _keys_object(scene) -> str:
+    character = scene.wayfarer.character
+    for action in scene.wayfarer.used_actions():
+        with contextlib.suppress(ClipError):
+            if action_curves(character, action).placement:
+                return f"'{action.name}' has keys of the object itself"
+    return ""
+
+
 def _set_range(action, first: float, last: float) -> None:
     action.use_frame_range = True
     action.frame_start, action.frame_end = first, last
@@ -195,6 +239,12 @@ _DESCRIPTIONS = {
     RemedyKind.DROP: "Untick the action; it stays in the file",
     RemedyKind.ROOT_MOTION: "Bake a copy of the action that travels over the ground as its standing feet say, and "
     "untick the action",
+    RemedyKind.STAND: "Turn the character's object, so that the motion stands upright; its keys stay as they are",
+    RemedyKind.SCALE: "Scale the character's object; its keys stay as they are",
+    RemedyKind.LIFT: "Move the character's object up or down, so that the feet stand on the floor",
+    RemedyKind.FACE: "Give the character's object the property wayfarer_forward: all its clips face another way",
+    RemedyKind.BY_HAND: "Only a hand can mend this",
+    RemedyKind.ROOT: "Give the character's object the property wayfarer_root, the bone that carries the body",
 }
 
 

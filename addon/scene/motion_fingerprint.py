@@ -13,7 +13,7 @@ import numpy as np
 from ...core.errors import ClipError
 from ..bridge.action_curves import action_curves
 from ..bridge.read_actions import FRAME_RATE_PROPERTY
-from ..bridge.rig import FORWARD_PROPERTY
+from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY
 from .fingerprint import fingerprint
 from .settings_reader import SettingsReader, plain, playing_curves, rest_pose, slot_curves
 
@@ -87,10 +87,11 @@ def _rig_fingerprint(character, actions) -> str:
 
 
 def _body_parts(character) -> list:
-    """Return the character's rest pose, which way is forward in it, and its size."""
+    """Return the character's rest pose, which way is forward in it, which bone is its root, and its size."""
     sizes = [f"{factor:.4g}" for factor in _own_matrix(character).to_scale()]
-    # Whatever kind of value it is: one that is no direction is refused only where it is used.
-    return [rest_pose(character.data), plain(character.get(FORWARD_PROPERTY, ())), sizes]
+    # Whatever kind of value it is: one that is no direction, or no bone, is refused only where it is used.
+    chosen = [plain(character.get(name, ())) for name in (FORWARD_PROPERTY, ROOT_PROPERTY)]
+    return [rest_pose(character.data), *chosen, sizes]
 
 
 def _own_matrix(character):

@@ -116,8 +116,9 @@ class WAYFARER_PT_health(_ClipsPart, bpy.types.Panel):
             box = layout.box()
             box.label(text=title, icon="ERROR")
             draw_wrapped(context, box, sentence)
-            button = box.operator("wayfarer.apply_remedy", text=remedy)
-            button.action, button.finding = action.name, number
+            if remedy:
+                button = box.operator("wayfarer.apply_remedy", text=remedy)
+                button.action, button.finding = action.name, number
 
 
 class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):

@@ -23,7 +23,11 @@ from .finding import (
 )
 from .frozen import frozen_joints, lost_root
 from .pops import PopSettings, pops
+from .posture import posture_findings
 from .rest_frames import rest_frames
+
+_LOST = (FindingKind.REST_POSE, FindingKind.ROOT_LOST, FindingKind.FROZEN)
+"""Kinds of lost data, at whose ends the motion jumps."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +58,15 @@ def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[F
     """Find what is wrong with a clip, in order of time.
 
     Looks for rest poses before and after the motion, channels and roots frozen or without data, pops, legs that
-    walk while the root stays, and clips too short to hold a segment. The clip is not changed.
+    walk while the root stays, characters that lie, have another size than a person's, face elsewhere than they go or
+    stand off the floor, and clips too short to hold a segment. The clip is not changed.
     """
     settings = settings or DoctorSettings()
-    found = [*_lost_data(clip, settings), *_in_place(clip, settings)]
-    found += _pops(clip, settings, [finding.frames for finding in found if finding.kind is not FindingKind.IN_PLACE])
+    found = list(posture_findings(clip))
+    if any(finding.kind is FindingKind.LYING for finding in found):
+        return tuple(found)  # what lies has no heading that the others could go by
+    found += [*_lost_data(clip, settings), *_in_place(clip, settings)]
+    found += _pops(clip, settings, [finding.frames for finding in found if finding.kind in _LOST])
     if clip.duration < settings.min_segment_duration - 1e-9:
         sentence = (
             f"Clip '{clip.name}' lasts {wording.time(clip.duration)}, less than one segment of "

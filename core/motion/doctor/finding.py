@@ -16,6 +16,12 @@ class FindingKind(Enum):
     ROOT_LOST = "lost root"
     POP = "pop"
     IN_PLACE = "no root motion"
+    LYING = "lying"
+    SIZE = "unusual size"
+    ROOT_STAYS = "root stays"
+    FACING = "wrong facing"
+    FLOOR = "not on the floor"
+    ODD_REST = "odd rest pose"
     TOO_SHORT = "too short"
     OTHER_SKELETON = "other skeleton"
     OTHER_PROPORTIONS = "other proportions"
@@ -28,11 +34,22 @@ class RemedyKind(Enum):
     SPLIT = "split"
     DROP = "drop the clip"
     ROOT_MOTION = "synthesise root motion"
+    STAND = "stand the character upright"
+    SCALE = "scale the character"
+    LIFT = "move the character to the floor"
+    FACE = "turn the character's forward direction"
+    ROOT = "choose the root bone"
+    BY_HAND = "mend the rest pose by hand"
+
+    @property
+    def is_for_character(self) -> bool:
+        """True for what is done to the character, once for all its clips, instead of to one clip."""
+        return self not in (RemedyKind.TRIM, RemedyKind.SPLIT, RemedyKind.DROP, RemedyKind.ROOT_MOTION)
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """Something to do with a clip.
+    """Something to do with a clip, or with its character.
 
     Attributes
     ----------
@@ -40,10 +57,17 @@ class Remedy:
     kept : tuple of (int, int)
         TRIM: the one range of samples to keep, first and last, both included; SPLIT: the ranges that become
         clips of their own, in order of time; empty otherwise.
+    values : tuple of float
+        STAND: the quaternion (w, x, y, z) that turns the character in the world; SCALE: the factor; LIFT: metres to
+        move it up; FACE: the direction, in the world, that the rest pose faces; empty otherwise.
+    bone : str
+        ROOT: the bone to choose; empty otherwise.
     """
 
     kind: RemedyKind
     kept: tuple[tuple[int, int], ...] = ()
+    values: tuple[float, ...] = ()
+    bone: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,8 +101,10 @@ def apply_remedy(clip: MotionClip, remedy: Remedy) -> tuple[MotionClip, ...]:
     """Return the clips that are left of ``clip``: none (DROP), one, or the parts of a SPLIT, named "walk (part 1)".
 
     A remedy that a finding proposes counts in the samples of the clip that was examined: examine again before
-    another one is applied. ClipError if the remedy's ranges do not lie in the clip.
+    another one is applied. ClipError if the remedy's ranges do not lie in the clip, or if it is one of the character.
     """
+    if remedy.kind.is_for_character:
+        raise ClipError(f"To {remedy.kind.value} is to change the character of clip '{clip.name}', not the clip.")
     if remedy.kind is RemedyKind.DROP:
         return ()
     if remedy.kind is RemedyKind.ROOT_MOTION:

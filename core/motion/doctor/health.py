@@ -72,7 +72,7 @@ class ClipHealth:
 
     @property
     def treatments(self) -> list[tuple[str, str, str]]:
-        """List for each finding its title, its sentence, and what its remedy's button says."""
+        """List for each finding its title, its sentence, and what its remedy's button says; empty if there is none."""
         return [
             (finding.kind.value.title(), finding.sentence, self._remedy_label(finding.remedy))
             for finding in self.findings
@@ -88,7 +88,21 @@ class ClipHealth:
             return f"Trim to Frames {first:g}-{last:g}"
         if remedy.kind is RemedyKind.SPLIT:
             return f"Split into {len(remedy.kept)} Clips"
-        return "Drop Clip" if remedy.kind is RemedyKind.DROP else "Synthesise Root Motion"
+        if remedy.kind is RemedyKind.SCALE:
+            return f"Scale Character by {remedy.values[0]:.3g}"
+        if remedy.kind is RemedyKind.ROOT:
+            return f"Choose '{remedy.bone}' as Root"
+        return _LABELS[remedy.kind]
+
+
+_LABELS = {
+    RemedyKind.DROP: "Drop Clip",
+    RemedyKind.ROOT_MOTION: "Synthesise Root Motion",
+    RemedyKind.STAND: "Stand Character Upright",
+    RemedyKind.LIFT: "Move Character to the Floor",
+    RemedyKind.FACE: "Face Where the Body Does",
+    RemedyKind.BY_HAND: "",
+}
 
 
 def clip_health(clip: MotionClip, settings: DoctorSettings) -> ClipHealth:
