@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from core.motion import quat
+from core.motion.anatomy import find_body_root, find_facing
 from core.motion.contacts import foot_joints
 from core.motion.distance import joint_weights
 from core.motion.joint_roles import JointRole
@@ -217,3 +219,39 @@ def test_feet_of_which_one_has_toes():
     skeleton = as_skeleton([names[joint] for joint in keep], parents, places)
     left, right = foot_joints(skeleton)
     assert [SAMPLE.names[keep[joint]] for joint in (*left, *right)] == ["LeftFoot", "LeftToeBase", "RightFoot"]
+
+
+def test_a_body_whose_trunk_and_legs_part_below_several_mother_bones():
+    """MMD: mother, center, groove and waist, of which the waist carries both; IK targets and doubles of the legs."""
+    names = [dialect("MMD")[name] for name in SAMPLE.names]
+    parents, places = [int(parent) for parent in SAMPLE.parents], [*SAMPLE.rest_world[1]]
+    names[0] = "腰"
+    legs = [joint for joint, name in enumerate(SAMPLE.names) if name.endswith("UpLeg")]
+    n_body = len(names)
+    for name, parent, place in [
+        ("下半身", 0, (0, 0, 0.95)),
+        ("グルーブ", -1, (0, 0, 0.6)),
+        ("センター", -1, (0, 0, 0.6)),
+        ("全ての親", -1, (0, 0, 0)),
+        ("左足IK", n_body + 3, (0.09, 0.01, 0.07)),
+        ("右足IK", n_body + 3, (-0.09, 0.01, 0.07)),
+        ("左足D", n_body, (0.09, 0, 0.92)),
+        ("右足D", n_body, (-0.09, 0, 0.92)),
+    ]:
+        names.append(name)
+        parents.append(parent)
+        places.append(np.array(place, dtype=float))
+    parents[0], parents[n_body + 1], parents[n_body + 2] = n_body + 1, n_body + 2, n_body + 3
+    for leg in legs:
+        parents[leg] = n_body
+    root = find_body_root(names, np.array(parents), np.array(places), np.ones(len(names), dtype=bool))
+    assert names[root] == "腰"
+    np.testing.assert_allclose(find_facing(names, np.array(parents), np.array(places)), [0, -1, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [90, 180, 250])
+def test_feet_say_where_a_body_without_names_faces(turn):
+    names = [UNREADABLE[name] for name in SAMPLE.names]
+    places = quat.rotate(quat.about("z", np.radians(turn)), SAMPLE.rest_world[1])
+    expected = quat.rotate(quat.about("z", np.radians(turn)), [0.0, -1.0, 0.0])
+    np.testing.assert_allclose(find_facing(names, np.asarray(SAMPLE.parents), places), expected, atol=1e-6)
