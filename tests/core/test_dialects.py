@@ -246,7 +246,9 @@ def test_a_body_whose_trunk_and_legs_part_below_several_mother_bones():
         parents[leg] = n_body
     root = find_body_root(names, np.array(parents), np.array(places), np.ones(len(names), dtype=bool))
     assert names[root] == "腰"
-    np.testing.assert_allclose(find_facing(names, np.array(parents), np.array(places)), [0, -1, 0], atol=1e-6)
+    facing = find_facing(names, np.array(parents), np.array(places))
+    assert facing is not None
+    np.testing.assert_allclose(facing, [0, -1, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("turn", [90, 180, 250])
@@ -254,4 +256,6 @@ def test_feet_say_where_a_body_without_names_faces(turn):
     names = [UNREADABLE[name] for name in SAMPLE.names]
     places = quat.rotate(quat.about("z", np.radians(turn)), SAMPLE.rest_world[1])
     expected = quat.rotate(quat.about("z", np.radians(turn)), [0.0, -1.0, 0.0])
-    np.testing.assert_allclose(find_facing(names, np.asarray(SAMPLE.parents), places), expected, atol=1e-6)
+    facing = find_facing(names, np.asarray(SAMPLE.parents), places)
+    assert facing is not None
+    np.testing.assert_allclose(facing, expected, atol=1e-6)
