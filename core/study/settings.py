@@ -81,8 +81,7 @@ def checked(name: str, value: object) -> Value:
         return value
     if setting.kind is str and name == "footprint_rule" and value in [rule.value for rule in FootprintRule]:
         return str(value)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if setting.kind in (int, float) and is_number and abs(value) <= _LARGEST:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST:
         if setting.kind is int and value == int(value) and value >= 0:
             return int(value)
         if setting.kind is float and math.isfinite(value) and value >= 0:

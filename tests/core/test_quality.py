@@ -98,7 +98,6 @@ def test_worst_frames_are_sorted_and_lie_on_the_walk(walk, report):
     every = walk_quality(walk, synthesize(walk), n_worst=10_000).worst_frames
     assert len(every) == 3 * (len(walk) - 1) + len(walk) + sum(p.n_frames > 1 for p in walk_plants(walk))
     assert any("slides" in entry.what for entry in every) and any("gap" in entry.what for entry in every)
-    assert f"Frame {every[0].frame}" in every[0].describe()
 
 
 def test_a_foot_that_is_pushed_tops_the_list(walk, played):

@@ -32,9 +32,8 @@ def ground(boxes=(), tiled=False):
 
 
 def walks(embedding):
-    return [
-        finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0))) for seed in range(4)
-    ]
+    for seed in range(8):
+        yield finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0)))
 
 
 def played(walk, tolerance=TOLERANCE):
@@ -69,7 +68,7 @@ def test_what_was_checked_is_what_is_played(tiled):
 
 
 def test_jolts_are_smoothed_near_the_path():
-    walk = walks(ground())[0]
+    walk = next(walks(ground()))
     path, seams = played(walk), walk.node_frames[1:-1]
     away = np.linalg.norm(path[:, :2] - walk.root_path[:, :2], axis=1)
     assert 0 < away.max() <= TOLERANCE + 1e-12
