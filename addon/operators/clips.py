@@ -74,8 +74,8 @@ class WAYFARER_OT_examine_clips(NeedsClips, LongOperator, bpy.types.Operator):
     bl_label = "Examine Clips"
     bl_description = (
         "Look for T-poses, frozen or lost channels, pops, missing root motion, clips that are too short, and "
-        "characters that lie, face elsewhere than they go or have another size than a person's, in all clips that are "
-        "ticked; nothing is changed"
+        "characters that lie, face elsewhere than they go or are no person's size, in all clips that are ticked; "
+        "nothing is changed"
     )
 
     def steps(self, context):

@@ -58,7 +58,7 @@ def examine(clip: MotionClip, settings: DoctorSettings | None = None) -> tuple[F
     """Find what is wrong with a clip, in order of time.
 
     Looks for rest poses before and after the motion, channels and roots frozen or without data, pops, legs that
-    walk while the root stays, characters that lie, have another size than a person's, face elsewhere than they go or
+    walk while the root stays, characters that lie, are no person's size, face elsewhere than they go or
     stand off the floor, and clips too short to hold a segment. The clip is not changed.
     """
     settings = settings or DoctorSettings()
