@@ -75,8 +75,7 @@ def choose_map(note) -> hand.Turns:
     note("back", colors() == seen[0])
     yield from editors.turn_to("Map", "wayfarer.map.quantity", lambda: chosen.quantity, "SEGMENT")
     yield from _repainted(seen)
-    # Any but the first, which is shown where none is chosen.
-    wanted = next(word for word in ("walk", "turn") if word not in results().graph.segments[0].name)
+    wanted = _clip_that_differs(results().embedding)
     yield from editors.search("Map", "wayfarer.map.segment", wanted)
     yield from _repainted(seen)
     note("segment", chosen.segment)
@@ -86,6 +85,16 @@ def choose_map(note) -> hand.Turns:
     chosen.quantity = "VARIABILITY"
     yield from settled()
     note("stale", badges())
+
+
+def _clip_that_differs(embedding) -> str:
+    """A clip whose segments all have another map than the first of the graph, which is shown where none is chosen.
+
+    Its name can be typed: letters only.
+    """
+    graph, at_places = embedding.graph, np.moveaxis(embedding.node_mask().sum(axis=2), -1, 0)
+    alike = {graph.clips[graph.segments[s].clip].name for s, at in enumerate(at_places) if (at == at_places[0]).all()}
+    return next(clip.name for clip in graph.clips if clip.name.isalpha() and clip.name not in alike)
 
 
 def _repainted(seen: list[str]) -> hand.Turns:
