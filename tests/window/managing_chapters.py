@@ -16,7 +16,8 @@ _FIRST_ROW, _LAST_ROW = 30, 18
 
 
 def add_region(note) -> hand.Turns:
-    """An object becomes a region with a rule, which is drawn in the viewport."""
+    """An object becomes a region with a rule, which is drawn where the environment is."""
+    box = "Environment", "wayfarer.overlay.show_environment"
     with bpy.context.temp_override(**hand.in_viewport()):
         bpy.ops.mesh.primitive_plane_add(size=1.2, location=(-1.6, -2.2, 0.02))
     rug = bpy.context.active_object
@@ -34,10 +35,12 @@ def add_region(note) -> hand.Turns:
     yield from hand.until(lambda: badges()["embedding"], "the embedding to be out of date")
     note("region", [region.object.name, region.rule, region.tag])
     color = part("render.environment_lines").RULES[part("properties.environment").RegionRule.FORBID]
+    yield from sidebar.press_button(*box)
     yield from hand.until(lambda: _n_pixels(color) > 100, "the outline of the region")
     yield from hand.rest()
     note("drawn", _n_pixels(color))
     keep_picture("38_regions")
+    yield from sidebar.press_button(*box)
     yield from sidebar.press_button("Environment", "wayfarer.remove_region", sidebar.BESIDE_LIST)
     yield from hand.until(lambda: len(regions) == before, "the region to be gone")
     note("object_stays", rug.name in bpy.data.objects)
