@@ -31,10 +31,11 @@ N_SPLIT = 2
 # versions of Python, NumPy and SciPy is how they count, round and pack bits, what they write, and how they read it.
 ONE_PYTHON = (
     # These look at sources, texts and dev.py, or work with Dask, which is not there.
-    *("docs", "parcels_cluster", "remedies", "security", "set_up", "study_cluster"),
+    *("docs", "parcels_cluster", "remedies", "security", "set_up", "study_cluster", "wording"),
     # These make much out of what other files test by itself: long walks, large grounds, many embeddings or processes.
-    *("ablation", "capture", "directed", "doctor", "parcels", "limits", "loop", "metrics", "pruning", "repertoire"),
-    *("root_path", "study", "threshold", "walk", "wandering", "why_not"),
+    *("ablation", "agreement", "capture", "crowd", "curve", "directed", "doctor", "fuzz_environments", "limits"),
+    *("loop", "metrics", "occupancy", "parcels", "performance", "pruning", "repertoire", "root_path", "scene_report"),
+    *("study", "threshold", "walk", "wandering", "weak_spots", "why_not"),
 )
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 
@@ -146,13 +147,18 @@ def newest_part(options):
     if not venv.stamp.exists() and dev.find_python(venv.pythons) is None:
         dev.say(f"{name}: skipped, no Python of {', '.join(venv.pythons)} was found that can make a venv")
         return []
-    try:
-        python = venv.set_up()
-    except dev.InstallTrouble as trouble:
-        # The other tests need nothing of it.
-        return [(name, [sys.executable, "-c", f"import sys; sys.exit({str(trouble)!r})"])]
-    files = [path for path in sorted(CORE.glob("test_*.py")) if path.stem[len("test_") :] not in ONE_PYTHON]
-    return [pytest_part(name, python, files, options)]
+
+    def command():
+        try:
+            python = venv.set_up()
+        except dev.InstallTrouble as trouble:
+            # The other tests need nothing of it.
+            return [sys.executable, "-c", f"import sys; sys.exit({str(trouble)!r})"]
+        files = [path for path in sorted(CORE.glob("test_*.py")) if path.stem[len("test_") :] not in ONE_PYTHON]
+        return pytest_part(name, python, files, options)[1]
+
+    # The environment is made while other parts run.
+    return [(name, command)]
 
 
 # ------------------------------------------------------------------------------------------------ running
@@ -163,6 +169,8 @@ class RunningPart:
 
     def __init__(self, name, command, folder, alone):
         self.name, self.seconds, self.is_shown, self.n_shown = name, None, False, 0
+        self.start = time.monotonic()
+        command = command() if callable(command) else command
         self.report, self.file = folder / f"{name}.xml", folder / f"{name}.txt"
         if "pytest" in command:
             # A cache of its own, from which --lf knows what failed.
@@ -170,7 +178,6 @@ class RunningPart:
             command = [*command[:3], *own, *command[3:]]
         # The tests inside Blender make a folder for its resources, in which nothing of the user's is.
         environment = {key: value for key, value in os.environ.items() if key != "BLENDER_USER_RESOURCES"}
-        self.start = time.monotonic()
         with self.file.open("wb") as file:
             # One that is alone has the terminal to itself, for --pdb.
             output = None if alone else file
