@@ -5,11 +5,14 @@ from collections.abc import Mapping
 import bpy
 
 from .owned import COPY_PROPERTY, WALK_PROPERTY, ensure_collection, find_collection
-from .write_action import assign_action
+from .write_action import assign_action, keyed_channels, put_to_rest
 
 
-def add_copy(scene, collection_name: str, action, name: str) -> bpy.types.Object:
-    """A copy of the scene's character that plays ``action``; the copy of the armature."""
+def add_copy(scene, collection_name: str, action, name: str, walked: set[tuple[str, str]]) -> bpy.types.Object:
+    """A copy of the scene's character that plays ``action``; the copy of the armature.
+
+    What the action does not key, of the channels ``walked`` (:func:`.write_action.walk_channels`), starts from rest.
+    """
     collection = ensure_collection(scene, collection_name)
     known = {obj.session_uid for obj in collection.objects}
     copy = duplicate_character(scene.wayfarer.character, collection)
@@ -19,6 +22,7 @@ def add_copy(scene, collection_name: str, action, name: str) -> bpy.types.Object
     copy.name = name
     action[WALK_PROPERTY] = copy.name
     assign_action(copy, action)
+    put_to_rest(copy, walked - keyed_channels(copy, [action]))
     return copy
 
 

@@ -1,6 +1,7 @@
 """Baking a motion clip into a new action."""
 
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import bpy
@@ -14,7 +15,7 @@ from .action_curves import action_curves, actions_of
 from .carriers import Carriers, find_carriers, levelled
 from .owned import WALK_PROPERTY
 from .rig import RigBinding, bind_rig, matrix_placement
-from .rotation_modes import channels_from_quaternions, rotation_property
+from .rotation_modes import REST_CHANNELS, channels_from_quaternions, rotation_property
 from .tags import write_tags
 
 _STASH = "[Action Stash]"
@@ -128,6 +129,27 @@ def _write_curves(channelbag, owner: str, channels: Mapping[str, np.ndarray], fi
 def animated_bones(armature_object, actions: Iterable) -> set[str]:
     """Names of the bones that any of the actions animates; ClipError if one of them animates none."""
     return {name for action in actions for name, *_ in action_curves(armature_object, action).bones}
+
+
+def walk_channels(armature_object) -> set[tuple[str, str]]:
+    """Find the (bone, property) of the armature that the file's walks key, whoever they were made for."""
+    found: set[tuple[str, str]] = set()
+    for action in bpy.data.actions:
+        if WALK_PROPERTY in action:
+            with suppress(ClipError):  # the walk of another character
+                found |= keyed_channels(armature_object, [action])
+    return found
+
+
+def keyed_channels(armature_object, actions: Iterable) -> set[tuple[str, str]]:
+    """Find the (bone, property) that any of the actions keys; ClipError if one of them animates no bone."""
+    return {(bone, name) for action in actions for bone, name, _ in action_curves(armature_object, action).bones}
+
+
+def put_to_rest(armature_object, channels: Iterable[tuple[str, str]]) -> None:
+    """Give (bone, property) their values in the rest pose: what nothing keys keeps what was last played there."""
+    for bone, name in channels:
+        setattr(armature_object.pose.bones[bone], name, REST_CHANNELS[name])
 
 
 def assign_action(armature_object, action) -> None:

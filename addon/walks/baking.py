@@ -11,7 +11,7 @@ from ...core.playback.walk import Walk
 from ...core.playback.walk_motion import WalkMotion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import OUTPUT, WALK_PROPERTY, ensure_collection
-from ..bridge.write_action import assign_action, write_clip
+from ..bridge.write_action import assign_action, keyed_channels, put_to_rest, walk_channels, write_clip
 from ..bridge.write_strips import find_strips, remove_strips, strip_cuts, write_strips
 from ..render.walk_curve import remove_walk_curve, walk_curve
 from ..results.shown import keep_walk
@@ -48,7 +48,7 @@ def bake_walk(scene, walk: Walk, clip: MotionClip, closed: bool = False) -> bpy.
         action = write_clip(character, clip, WALK_NAME, FIRST_FRAME)
         remove_copies(scene, COPY_COLLECTION)
         action.name = WALK_NAME
-        add_copy(scene, COPY_COLLECTION, action, f"{character.name} Walk")
+        add_copy(scene, COPY_COLLECTION, action, f"{character.name} Walk", walk_channels(character))
         last_frame = action.frame_range[1]
     else:
         action = _bake_action(character, clip)
@@ -106,7 +106,7 @@ def set_timeline(scene, last_frame: int) -> None:
 
 
 def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
-    action = write_clip(character, clip, clip.name, FIRST_FRAME)
+    action, walked = write_clip(character, clip, clip.name, FIRST_FRAME), walk_channels(character)
     _claim_played(character)
     if find_strips(character):
         # They would move the object under the action; where it stands without them is known only now.
@@ -118,6 +118,7 @@ def _bake_action(character, clip: MotionClip) -> bpy.types.Action:
     action.name = WALK_NAME
     action[WALK_PROPERTY] = character.name
     assign_action(character, action)
+    put_to_rest(character, walked - keyed_channels(character, [action]))
     return action
 
 
@@ -125,12 +126,14 @@ def _bake_strips(character, walk: Walk, clip: MotionClip) -> tuple[bpy.types.Act
     # Fails here, before anything is changed, if it is going to.
     strip_cuts(clip, walk.node_frames)
     bpy.data.actions.remove(write_clip(character, clip, clip.name, FIRST_FRAME))
+    walked = walk_channels(character)
     _claim_played(character)
     remove_strips(character)
     _remove_earlier(character)
     bpy.context.view_layer.update()
     names = [walk.embedding.graph.segments[s].name for s in walk.segments]
     track = write_strips(character, clip, walk.node_frames, names, WALK_NAME, FIRST_FRAME)
+    put_to_rest(character, walked - keyed_channels(character, [strip.action for strip in track.strips]))
     action = track.strips[0].action
     assert action is not None
     return action, track.strips[-1].frame_end

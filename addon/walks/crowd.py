@@ -13,7 +13,7 @@ from ...core.progress import Progress, portion
 from ..bridge.copies import add_copy, remove_copies, remove_if_empty
 from ..bridge.owned import WALK_PROPERTY
 from ..bridge.rig import bind_rig
-from ..bridge.write_action import write_clip
+from ..bridge.write_action import walk_channels, write_clip
 from ..results.store import embedding_of
 from .baking import FIRST_FRAME, set_timeline
 from .request import read_motion_request, read_weighting
@@ -68,11 +68,12 @@ def crowd_walk_steps(scene) -> Generator[Progress, None, BakedCrowd]:
 def keep_crowd(scene, baked: BakedCrowd) -> None:
     """Put the crowd into the scene, in place of an earlier one."""
     remove_copies(scene, CROWD_COLLECTION)
-    crowd, settings = baked.crowd, scene.wayfarer.walk.crowd
+    crowd, settings, character = baked.crowd, scene.wayfarer.walk.crowd, scene.wayfarer.character
+    walked = walk_channels(character)
     for number, name in enumerate(baked.actions, 1):
         action = bpy.data.actions[name]
         action.name = f"{_ACTION_NAME} {number:0{len(str(baked.n_wanted))}d}"
-        add_copy(scene, CROWD_COLLECTION, action, f"{scene.wayfarer.character.name} {action.name.rpartition(' ')[2]}")
+        add_copy(scene, CROWD_COLLECTION, action, f"{character.name} {action.name.rpartition(' ')[2]}", walked)
     settings.n_walking, settings.n_wanted = len(crowd.walks), baked.n_wanted
     settings.closest = crowd.closest if len(crowd.walks) > 1 else 0.0
     settings.unserved = "\n".join(unserved.reason for unserved in crowd.unserved)

@@ -204,9 +204,7 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
         frames = np.flatnonzero(np.any(moves[side] != 0, axis=1) | (drop > 0))
         if len(frames):
             _turn_leg(leg, skeleton, rotations, positions, hips_move, moves[side], frames, new_rotations)
-    coupled: dict[int, int] = {}
-    for leg in legs.values():
-        coupled |= find_coupled_joints(skeleton, leg, rotations, positions)
+    coupled = find_coupled_joints(skeleton, list(legs.values()), rotations, positions)
     move_coupled_joints(
         coupled, skeleton, (rotations, positions), new_rotations, new_translations, np.flatnonzero(touched)
     )

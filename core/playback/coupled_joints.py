@@ -5,6 +5,8 @@ somewhere else. Such controls are known by what they do: they move with the thig
 one piece with it.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..motion import quat
@@ -17,46 +19,58 @@ _SAME_PLACE = 5e-3
 """Share of the stature, and radians / 10, that a coupled joint may stray by in most frames: blends move it a little."""
 _MOST = 75
 _MOVES = 0.05
-"""Share of the stature that a joint must move by, as the hips see it, for coupled joints to be known."""
+"""Share of the stature, and radians / 10, that a joint must move by, as the hips see it, for coupled joints to be
+known."""
 
 
-def find_coupled_joints(skeleton: Skeleton, leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> dict[int, int]:
-    """Find the joints that are one piece with a joint of the leg, but neither hang from the leg nor carry it.
+def find_coupled_joints(
+    skeleton: Skeleton, legs: Sequence[Leg], rotations: np.ndarray, positions: np.ndarray
+) -> dict[int, int]:
+    """Find the joints that are one piece with a joint of a leg, but neither hang from a leg nor carry one.
 
-    Returns joint -> joint of the leg, from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion;
-    none if the leg hardly moves in it.
+    Returns joint -> joint of the leg, from the world ``rotations`` (F, J, 4) and ``positions`` (F, J, 3) of a motion.
+    Joints are compared on frames spread over all the poses of the leg, however seldom it moves; there are none for a
+    leg that hardly does.
     """
-    if skeleton.n_joints == 1:
-        return {}
-    some = np.unique(np.linspace(0, len(rotations) - 1, _N_SAMPLES).round().astype(int))
-    rotations, positions = rotations[some], positions[some]
-    others = np.ones(skeleton.n_joints, dtype=bool)
-    others[[*skeleton.descendants(leg.thigh), leg.thigh, *skeleton.ancestors(leg.thigh)]] = False
-    candidates, size = np.flatnonzero(others), skeleton.stature
     found: dict[int, int] = {}
-    if len(candidates) == 0:
+    if skeleton.n_joints == 1:
         return found
-    for joint in (leg.foot, *skeleton.descendants(leg.foot), leg.shin, leg.thigh):
-        inverse, hips = quat.inverse(rotations[:, joint]), quat.inverse(rotations[:, 0])
-        # How much the joint turns and travels, as the hips see it.
-        seen, turned = (
-            quat.rotate(hips, positions[:, joint] - positions[:, 0]),
-            quat.multiply(hips, rotations[:, joint]),
-        )
-        turning = quat.angle_between(turned[0], turned)
-        if np.ptp(seen, axis=0).max() < _MOVES * size and turning.max() < _MOVES * 10:
-            continue
-        for candidate in candidates:
-            if candidate in found:
+    others = np.ones(skeleton.n_joints, dtype=bool)
+    for leg in legs:
+        others[[*skeleton.descendants(leg.thigh), leg.thigh, *skeleton.ancestors(leg.thigh)]] = False
+    candidates, size, hips = np.flatnonzero(others), skeleton.stature, quat.inverse(rotations[:, 0])
+    for leg in legs:
+        for joint in (leg.foot, *skeleton.descendants(leg.foot), leg.shin, leg.thigh):
+            # How far the joint travels and turns, as the hips see it.
+            seen = quat.rotate(hips, positions[:, joint] - positions[:, 0])
+            turned = quat.multiply(hips, rotations[:, joint])
+            moved = np.linalg.norm(seen - seen[0], axis=1) / size + quat.angle_between(turned[0], turned) / 10
+            if np.ptp(moved) < _MOVES:
                 continue
-            place = quat.rotate(inverse, positions[:, candidate] - positions[:, joint])
-            strays = np.linalg.norm(place - np.median(place, axis=0), axis=1) / size
-            if np.percentile(strays, _MOST) > _SAME_PLACE:
-                continue
-            turn = quat.multiply(inverse, rotations[:, candidate])
-            if np.percentile(quat.angle_between(quat.mean(turn), turn), _MOST) < 10 * _SAME_PLACE:
-                found[int(candidate)] = joint
+            some = _spread_over(moved)
+            inverse = quat.inverse(rotations[some, joint])
+            for candidate in candidates:
+                if candidate in found:
+                    continue
+                place = quat.rotate(inverse, positions[some, candidate] - positions[some, joint])
+                strays = np.linalg.norm(place - np.median(place, axis=0), axis=1) / size
+                if np.percentile(strays, _MOST) > _SAME_PLACE:
+                    continue
+                turn = quat.multiply(inverse, rotations[some, candidate])
+                if np.percentile(quat.angle_between(quat.mean(turn), turn), _MOST) < 10 * _SAME_PLACE:
+                    found[int(candidate)] = joint
     return found
+
+
+def _spread_over(values: np.ndarray) -> np.ndarray:
+    """Return up to ``_N_SAMPLES`` different frames whose (F,) values lie evenly between the least and the most.
+
+    >>> _spread_over(np.array([0.0] * 1000 + [1.0, 2.0, 3.0])).tolist()
+    [0, 1000, 1001, 1002]
+    """
+    order = np.argsort(values, kind="stable")
+    levels = np.linspace(values.min(), values.max(), _N_SAMPLES)
+    return np.unique(order[np.searchsorted(values[order], levels)])
 
 
 def move_coupled_joints(

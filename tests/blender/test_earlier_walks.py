@@ -66,3 +66,23 @@ def test_a_walk_replaces_that_of_a_copied_scene(walked):
         assert getattr(operators, step)() == {"FINISHED"}
     assert {action[WALK_PROPERTY] for action in walks()} == {walked.name, character.name}
     assert len(walks()) == 2 and walked.animation_data.action != character.animation_data.action
+
+
+@pytest.mark.parametrize("output", ["ACTION", "STRIPS", "COPY"])
+def test_a_walk_leaves_no_trace_in_the_next(walked, output):
+    """A bone that only the earlier walk keyed starts from rest; what no walk ever keyed is the artist's."""
+    action = walked.animation_data.action
+    curve = action.fcurve_ensure_for_datablock(walked, 'pose.bones["Head"].location', index=2)
+    curve.keyframe_points.insert(1.0, 0.1)
+    bpy.context.scene.frame_set(2)
+    posed = walked.pose.bones["Neck"]
+    posed.location = 0.0, 0.0, 0.02
+    assert walked.pose.bones["Head"].location.z == pytest.approx(0.1)
+    bpy.context.scene.wayfarer.walk.output = output
+    assert operators.random_walk() == {"FINISHED"}
+    walker = walked
+    if output == "COPY":
+        walker = next(obj for obj in bpy.data.collections["Wayfarer Copy"].objects if obj.type == "ARMATURE")
+        assert walked.pose.bones["Head"].location.z == pytest.approx(0.1)  # the character itself stays as it is
+    assert walker.pose.bones["Head"].location.length == 0
+    assert walker.pose.bones["Neck"].location.z == pytest.approx(0.02)

@@ -294,9 +294,11 @@ def test_controls_go_with_the_feet_that_follow_them():
         rotations=np.concatenate([clip.rotations, turn[:, None], still], axis=1),
         translations=np.concatenate([clip.translations, control[:, None], rest], axis=1),
     )
-    leg = find_leg(rigged, 0, foot_joints(rigged))
-    assert find_coupled_joints(rigged, leg, *clip.world) == {n: foot, n + 2: foot}
-    assert find_coupled_joints(rigged, find_leg(rigged, 1, foot_joints(rigged)), *clip.world) == {}
+    legs = [find_leg(rigged, side, foot_joints(rigged)) for side in (0, 1)]
+    assert find_coupled_joints(rigged, legs, *clip.world) == {n: foot, n + 2: foot}
+    # It makes no difference how long the character stands before it walks.
+    longer = clip.taken(np.concatenate([np.zeros(20 * clip.n_frames, dtype=int), np.arange(clip.n_frames)]))
+    assert find_coupled_joints(rigged, legs, *longer.world) == {n: foot, n + 2: foot}
     # The body is pushed about, so that planted feet slide.
     push = 0.03 * np.sin(np.arange(clip.n_frames) / 3)
     pushed = clip.translations.copy()
@@ -311,6 +313,14 @@ def test_controls_go_with_the_feet_that_follow_them():
         assert (as_rotation(rotations[:, foot]).inv() * as_rotation(rotations[:, joint])).magnitude().max() < 1e-7
     assert np.array_equal(cleaned.clip.rotations[:, n + 1], clip.rotations[:, n + 1])
     assert np.array_equal(cleaned.clip.translations[:, n + 1], clip.translations[:, n + 1])
+
+
+def test_nothing_is_coupled_to_a_foot_that_stands_most_of_the_time():
+    """While a character stands, all of it is one piece: what counts is what goes with the foot when it walks."""
+    clip = next(clip for clip in sample_repertoire() if clip.name == "stand")
+    legs = [find_leg(clip.skeleton, side, foot_joints(clip.skeleton)) for side in (0, 1)]
+    longer = clip.taken(np.concatenate([np.zeros(20 * clip.n_frames, dtype=int), np.arange(clip.n_frames)]))
+    assert find_coupled_joints(clip.skeleton, legs, *longer.world) == {}
 
 
 def test_a_character_without_feet_keeps_its_motion(walk):
