@@ -27,6 +27,7 @@ from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings, foot_joints
 from ..motion.skeleton import Skeleton
 from .coupled_joints import find_coupled_joints, move_coupled_joints
+from .knee_easing import eased_foot_move
 from .plants import Plant, SplitPlant, repeated, split_plant, walk_plants
 from .transitions import closing
 from .two_bone import Leg, find_leg, leg_turns
@@ -194,6 +195,12 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
         lifted[:, side] = move[:, 2] > _OFF_GROUND * size
     drop = _drop(legs, moves, held, positions, window, settings.max_drop * size)
     hips_move = -drop[:, None] * [0.0, 0.0, 1.0]
+    for side, leg in legs.items():
+        planted = np.zeros(clip.n_frames, dtype=bool)
+        for plant in held:
+            if plant.side == side:
+                planted[plant.first : plant.last + 1] = True
+        moves[side] = eased_foot_move(leg, positions, hips_move, moves[side], planted, clip.frame_rate)
     touched = np.any([np.any(move != 0, axis=1) for move in moves.values()], axis=0) | (drop > 0)
     new_rotations, new_translations = clip.rotations.copy(), clip.translations.copy()
     lowered = _lowered_joint(skeleton, list(legs.values()))

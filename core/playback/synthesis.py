@@ -26,12 +26,7 @@ class SynthesisSettings:
     Attributes
     ----------
     blend_duration : float
-        Seconds on each side of a transition at the most; never more than half of a segment.
-    shortest_blend : float
-        Seconds on each side of a transition at the least, where ``blend_duration`` is not less.
-    blend_rate : float
-        A transition is given the time to close the largest gap of its joints without turning any of them faster than
-        this, in radians per second.
+        Seconds on each side of a transition; never more than half of a segment.
     root_tolerance : float
         Metres by which the root may leave the walk's path near a transition, so that its velocity is continuous: where
         two edits meet, it is not by itself. 0 to follow the path exactly. For a character of a person's size, in
@@ -39,16 +34,11 @@ class SynthesisSettings:
     """
 
     blend_duration: float = 0.3
-    shortest_blend: float = 0.1
-    blend_rate: float = 0.75
     root_tolerance: float = 0.01
 
     def __post_init__(self):
-        for duration in (self.blend_duration, self.shortest_blend):
-            if not (np.isfinite(duration) and duration >= 0):
-                raise WalkError(f"A blend of {duration} s cannot be made; give zero or more seconds.")
-        if not self.blend_rate > 0:
-            raise WalkError(f"A blend rate of {self.blend_rate} rad/s closes no gap; give a positive one.")
+        if not (np.isfinite(self.blend_duration) and self.blend_duration >= 0):
+            raise WalkError(f"A blend of {self.blend_duration} s cannot be made; give zero or more seconds.")
         if not (np.isfinite(self.root_tolerance) and self.root_tolerance >= 0):
             raise WalkError(f"A root tolerance of {self.root_tolerance} m is no distance; give zero or more metres.")
 
@@ -132,9 +122,7 @@ def _windows(walk: Walk, gaps: TransitionGaps, settings: SynthesisSettings, dura
     """Return (S, 2) frames before and after each transition in which its gap is closed; both 0 where no time is."""
     frame_rate = walk.embedding.graph.frame_rate
     if durations is None:
-        # Half of the gap is closed on each side; a cubic's steepest slope is 1.5 times its mean.
-        wanted = 1.5 * gaps.angles.max(axis=1) / 2 / settings.blend_rate
-        durations = np.clip(wanted, min(settings.shortest_blend, settings.blend_duration), settings.blend_duration)
+        durations = np.full(len(gaps.frames), settings.blend_duration)
     durations = np.asarray(durations, dtype=float)
     if durations.shape != (len(gaps.frames),) or not np.all(np.isfinite(durations) & (durations >= 0)):
         raise WalkError(

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import WalkError
 from ..motion import quat
+from ..motion.distance import joint_weights
 from ..motion.graph import MotionGraph
 from .walk import Walk
 
@@ -29,6 +30,8 @@ class TransitionGaps:
         angular velocity of both sides is the same there.
     moves, move_rates : (S, J, 3) float array
         The same of the translations: metres, and what their velocities (m/s) change by.
+    weighs : (J,) bool array
+        The joints that poses are compared by: not fingers, nor bones outside the body.
     """
 
     frames: np.ndarray
@@ -39,11 +42,12 @@ class TransitionGaps:
     turn_rates: np.ndarray
     moves: np.ndarray
     move_rates: np.ndarray
+    weighs: np.ndarray
 
     @cached_property
     def angles(self) -> np.ndarray:
-        """(S, J) radians that each joint turns by at each transition."""
-        return np.linalg.norm(self.turns, axis=2)
+        """(S, J) radians that each joint turns by at each transition; 0 for joints that do not weigh."""
+        return np.where(self.weighs, np.linalg.norm(self.turns, axis=2), 0.0)
 
 
 def transition_gaps(walk: Walk, closed: bool = False) -> TransitionGaps:
@@ -82,6 +86,7 @@ def transition_gaps(walk: Walk, closed: bool = False) -> TransitionGaps:
         turn_rates=np.stack(rates, axis=1),
         moves=translations_b - translations_a,
         move_rates=velocity_b - velocity_a,
+        weighs=joint_weights(graph.clips[0].skeleton) > 0,
     )
 
 

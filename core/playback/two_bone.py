@@ -98,7 +98,7 @@ def leg_turns(
 
 def _within(start: np.ndarray, target: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(target - start, axis=1)
-    return (distance < 0.999 * (upper + lower)) & (distance > 1.001 * np.abs(upper - lower))
+    return (distance < 0.99999 * (upper + lower)) & (distance > 1.001 * np.abs(upper - lower))
 
 
 def _hinge(leg: Leg, rotations: np.ndarray, positions: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.motion.contacts import ContactSettings, foot_joints
+from core.motion.distance import joint_weights
 from core.playback.cleanup import clean_feet
 from core.playback.plants import walk_plants
 from core.playback.quality import walk_quality
@@ -54,15 +55,17 @@ def test_slides_are_those_of_the_planted_joints(walk, played, report):
         assert 0 < foot.source_mean < foot.mean
 
 
-def test_largest_gap_is_found_between_the_source_clips(walk, report):
+def test_largest_gap_is_that_of_a_joint_that_weighs_between_the_source_clips(walk, report):
     graph = walk.embedding.graph
+    weighs = joint_weights(graph.clips[0].skeleton)[1:] > 0
+    assert 0 < np.count_nonzero(weighs) < len(weighs)
     largest, where = 0.0, None
     for i in range(len(walk) - 1):
         before, after = (graph.segments[s] for s in walk.segments[i : i + 2])
         a, b = graph.clips[before.clip], graph.clips[after.clip]
         turned = (
             as_rotation(a.rotations[before.last, 1:]).inv() * as_rotation(b.rotations[after.first, 1:])
-        ).magnitude()
+        ).magnitude() * weighs
         if turned.max() > largest:
             largest = turned.max()
             where = walk.node_frames[i + 1], a.skeleton.names[1 + int(turned.argmax())], a.name, b.name

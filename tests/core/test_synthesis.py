@@ -70,7 +70,7 @@ def test_root_follows_the_checked_path(walk, played):
 def test_root_velocity_is_continuous_at_seams(walk, played):
     """What is added to the checked path on both sides of a seam is a cubic whose slopes make up for the jump."""
     rate, seams = walk.embedding.graph.frame_rate, walk.node_frames[1:-1]
-    smooth = synthesize(walk, replace(SETTINGS, root_tolerance=1.0, shortest_blend=0.25)).ground_path
+    smooth = synthesize(walk, replace(SETTINGS, root_tolerance=1.0)).ground_path
     path = walk.root_path.copy()
     path[:, 2] += 2 * np.pi * np.rint((smooth[0, 2] - path[0, 2]) / (2 * np.pi))
     steps = np.arange(4)
@@ -136,7 +136,7 @@ def test_poses_and_velocities_are_continuous_at_seams(walk, played):
     # The same walk without blending breaks this: the test can tell the difference.
     hard = synthesize(walk, SynthesisSettings(blend_duration=0.0))
     jumps = np.linalg.norm(np.diff(turns(hard.rotations)[:, 1:], axis=0), axis=2)
-    assert np.quantile(jumps[seams - 1], 0.99) > 2 * np.quantile(at_seams, 0.99)
+    assert np.quantile(jumps[seams - 1], 0.99) > 1.5 * np.quantile(at_seams, 0.99)
 
 
 def test_a_segment_and_its_own_continuation_play_like_the_clip(walk):
@@ -183,24 +183,15 @@ def test_angular_velocities_of_both_sides_are_the_same_at_seams(walk):
         assert np.allclose(velocity_a, velocity_b, atol=1e-5)
 
 
-def test_small_gaps_are_closed_sooner(walk):
-    """A seam of a small gap leaves frames alone that the longest blend would touch; its own length can be given."""
-    graph, gaps = walk.embedding.graph, transition_gaps(walk)
-    settings = SynthesisSettings(blend_duration=0.3, shortest_blend=0.1, blend_rate=3.0)
-    short = synthesize(walk, settings)
+def test_each_transition_can_be_given_its_own_window(walk):
+    gaps, rate = transition_gaps(walk), walk.embedding.graph.frame_rate
     plain = synthesize(walk, SynthesisSettings(blend_duration=0.0))
-    changed = np.abs(short.rotations[:, 1:] - plain.rotations[:, 1:]).max(axis=(1, 2)) > 1e-9
-    for seam, frame in enumerate(gaps.frames):
-        wanted = max(0.1, 0.25 * 3 * gaps.angles[seam].max() / 3.0)
-        window = round(min(wanted, 0.3) * graph.frame_rate)
-        last = min(walk.node_frames[seam + 2], frame + round(0.3 * graph.frame_rate) + 1)
-        until = walk.node_frames[seam + 2] - (walk.node_frames[seam + 2] - frame) // 2
-        assert not changed[frame + window : min(last, until)].any()
+    widest = int(gaps.angles.max(axis=1).argmax())
     given = np.full(len(gaps.frames), 0.0)
-    given[3] = 0.2
-    one = synthesize(walk, settings, blend_durations=given)
+    given[widest] = 0.2
+    one = synthesize(walk, blend_durations=given)
     changed = np.abs(one.rotations[:, 1:] - plain.rotations[:, 1:]).max(axis=(1, 2)) > 1e-9
-    assert np.all(np.abs(np.flatnonzero(changed) - gaps.frames[3]) <= 0.2 * graph.frame_rate)
+    assert changed.any() and np.all(np.abs(np.flatnonzero(changed) - gaps.frames[widest]) <= 0.2 * rate)
     with pytest.raises(WalkError, match="transitions"):
         synthesize(walk, blend_durations=given[1:])
 
