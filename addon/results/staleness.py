@@ -123,7 +123,7 @@ def walk_is_stale(scene) -> bool:
 def _present_data(scene, kind: str) -> str:
     """Return the fingerprint of what the scene's result of a kind would be made from: "graph" or "embedding"."""
     if bpy.app.background:
-        finish(_look_steps(scene))
+        finish(_graph_steps(scene) if kind == "graph" else _embedding_steps(scene))
     return results(scene).present[kind]
 
 
@@ -136,9 +136,13 @@ def present_action(scene, action) -> str:
 
 
 def _look_steps(scene) -> Generator[Progress, None, None]:
-    """Take the fingerprints of the scene's shapes and actions, one action between two yields: hundreds of them take
-    seconds. What plays is looked at first.
-    """
+    """Take the fingerprints of the scene's shapes and actions."""
+    yield from _embedding_steps(scene)
+    yield from _graph_steps(scene)
+
+
+def _embedding_steps(scene) -> Generator[Progress, None, None]:
+    """Take the fingerprint of the scene's shapes."""
     found = results(scene)
     if found.embedding is not None:
         try:
@@ -148,7 +152,13 @@ def _look_steps(scene) -> Generator[Progress, None, None]:
             shapes = str(error)
         found.present["embedding"] = shapes
         yield Progress(0.0, "Reading shapes")
-    character = scene.wayfarer.character
+
+
+def _graph_steps(scene) -> Generator[Progress, None, None]:
+    """Take the fingerprints of the scene's actions, one between two yields: hundreds of them take seconds. The one that
+    plays comes first.
+    """
+    found, character = results(scene), scene.wayfarer.character
     playing = character.animation_data.action if character and character.animation_data else None
     actions = {clip.action for clip in scene.wayfarer.clips if clip.action and clip.action.name in found.actions}
     if found.graph is not None:

@@ -106,10 +106,12 @@ class SettingsReader:
 
     def curve(self, curve) -> list:
         """Return everything that decides the values of an f-curve."""
-        keys = [_values(curve.keyframe_points, name, size) for name, size in _KEYS.items()]
+        points = curve.keyframe_points
+        keys = [_values(points, name, size) for name, size in _KEYS.items()]
         if keys[1].max(initial=0) > _STRAIGHT:
-            keys += [_values(curve.keyframe_points, name, size) for name, size in _BENT_KEYS.items()]
-        keys.append(_values(curve.sampled_points, "co", 2))
+            keys += [_values(points, name, size) for name, size in _BENT_KEYS.items()]
+        if not points:
+            keys.append(_values(curve.sampled_points, "co", 2))
         place = curve.data_path, curve.array_index, curve.extrapolation
         return [place, *keys, *(self.settings(modifier) for modifier in curve.modifiers)]
 
