@@ -12,11 +12,9 @@ from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..evaluation.wavefront import NEVER
 from ..progress import Progress, portion
+from .prices import link_edits
 from .time_to_go import TimeToGo, rows_of, time_to_go_steps
 from .walk import NOT_A_START, Trail, Walk, refuse_empty
-
-#: Metres by which an edit of the heading by one radian counts, beside an edit of the place.
-HEADING_LEVER = 0.5
 
 
 def walk_through_steps(
@@ -26,7 +24,7 @@ def walk_through_steps(
 
     The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
     may pass several goals that follow one another. Among walks that take the same time, the root is edited least
-    (:func:`link_edits`, summed over the walk).
+    (:func:`.prices.link_edits`, summed over the walk).
 
     Parameters
     ----------
@@ -74,18 +72,12 @@ def last_frame(embedding: Embedding, limit: float | None) -> int | None:
     return int(np.floor(limit * embedding.graph.frame_rate + 1e-3))
 
 
-def link_edits(embedding: Embedding) -> np.ndarray:
-    """Return (K,) metres by which each stencil edits its segment's end: place and heading together."""
-    stencils = embedding.unrolling.stencils
-    return np.hypot(np.hypot(*stencils.position_error.T), HEADING_LEVER * stencils.heading_error)
-
-
 def quickest_trail_steps(
     reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray, limit: float | None = None
 ) -> Generator[Progress, None, Trail]:
     """Find the quickest walk from the (n, 4) ``starts``, exactly, and of all such the one with the least root edit.
 
-    The edit is :func:`link_edits`, summed; WalkError if the walk takes longer than ``limit`` seconds.
+    The edit is :func:`.prices.link_edits`, summed; WalkError if the walk takes longer than ``limit`` seconds.
 
     Waves of nodes go out from the starts, along all links that are on a quickest way; then the least edit is summed
     up from the last wave back to the first.

@@ -12,7 +12,8 @@ from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
-from .directed import last_frame, link_edits, quickest_trail_steps, start_nodes
+from .directed import last_frame, quickest_trail_steps, start_nodes
+from .prices import link_edits
 from .reservation import StencilPaths
 from .time_to_go import time_to_go_steps
 from .walk import Trail, Walk, refuse_empty

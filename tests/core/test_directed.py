@@ -14,7 +14,8 @@ from core.embedding.link_reader import LinkReader
 from core.errors import WalkError
 from core.evaluation.why_not import Reason, why_not_steps
 from core.playback.destination import destination, reason_at
-from core.playback.directed import HEADING_LEVER, link_edits, walk_through_steps
+from core.playback.directed import walk_through_steps
+from core.playback.prices import HEADING_LEVER, link_edits
 from core.playback.time_to_go import rows_of
 from core.progress import finish
 from tests.bench import problems

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
+import numpy as np
 import pytest
 
 import dev
@@ -21,12 +22,15 @@ from core.motion.contacts import ContactSettings
 from core.motion.distance import CostSettings
 from core.motion.doctor import FindingKind
 from core.motion.graph_settings import MotionGraphSettings
+from core.playback import wandering
+from core.playback.cheapest import BEAM
 from core.playback.cleanup import CleanupSettings
 from core.playback.crowd import CrowdSettings
 from core.playback.curve import CurveSettings
 from core.playback.loop import ATTEMPTS
+from core.playback.pace import IDLE_SPEED, SPEED_TIME, TURN_TIME
+from core.playback.prices import EDIT_LENGTH, HEADING_LEVER, PriceSettings
 from core.playback.synthesis import SynthesisSettings
-from core.playback.wandering import FARTHEST
 from core.study.plan import read_plan
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -182,6 +186,7 @@ def test_the_study_can_be_read(tmp_path):
 def test_the_method_states_the_defaults():
     graph, cost, contacts = MotionGraphSettings(), CostSettings(), ContactSettings()
     footprint, synthesis, cleanup = FootprintSettings(), SynthesisSettings(), CleanupSettings()
+    prices = PriceSettings()
     assert (cost.height_weight, cost.travel_weight, footprint.position_base, footprint.heading_base) == (1, 0.3, 0, 0)
     assert COLLAPSED_SHARE == 0.5
     stated = (
@@ -200,7 +205,21 @@ def test_the_method_states_the_defaults():
         f"{IMPORTANT_FLOOR:.0%} of the floor or more, or {IMPORTANT_PLACES:.0%} of the places",
         f"{SPARE_SHARE:.1%} or more of either",
         f"straight lines between the centres of cells up to {REACH} cells apart in x and y",
-        f"drawn evenly from the covered floor within {FARTHEST:g} m",
+        f"drawn evenly from the covered floor within {wandering.FARTHEST:g} m",
+        f"goes by within {wandering.NEAR:g} m of it",
+        f"at most {wandering.MORE_SEGMENTS} segments more than the fewest",
+        f"the {wandering.LOOK_AHEAD} cheapest segments that can follow",
+        f"each segment up to {wandering.CHANCE:.0%}".replace("%", " %"),
+        f"more than {wandering.DEAR / 1000:g} s for each second that it takes, another place is drawn, up to "
+        f"{wandering.DRAWS}",
+        f"the best of {wandering.STARTS} random nodes",
+        f"1 rad² of transition cost | {prices.cost:g} |",
+        f"1 m of edit, with {HEADING_LEVER:g} m for each radian | {prices.edit:g} |",
+        f"path ({EDIT_LENGTH:g} m or more), in times of {prices.noticeable_bend:g} m/m, squared | {prices.bend:g} |",
+        f"by less than {IDLE_SPEED:g} m/s, over {SPEED_TIME:g} s | {prices.idle:g} |",
+        f"beyond {np.degrees(prices.free_turn):g}° within {TURN_TIME:g} s | {prices.back:g} |",
+        f"the same segment again | {prices.again:g} |",
+        f"no wave holds more than {BEAM} nodes",
         f"no point holds more than {CurveSettings().beam} nodes",
         f"as can be found in {ATTEMPTS} tries",
         f"the way to plan again ({CrowdSettings().repairs} times)",
