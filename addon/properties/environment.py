@@ -127,7 +127,7 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         name="Cell Size",
         description="Side of a grid cell",
         subtype="DISTANCE",
-        default=0.125,
+        default=0.1,
         min=0.02,
         soft_max=0.5,
         precision=3,

@@ -58,6 +58,15 @@ class WayfarerWalkReport(bpy.types.PropertyGroup):
         description="How far the root was turned from where the clips lead it, for each metre of the way",
         subtype="ANGLE",
     )
+    idle: FloatProperty(
+        name="Standing",
+        description="In how much of the walk the character stands, turns on the spot or shuffles",
+        subtype="FACTOR",
+    )
+    turns_back: FloatProperty(
+        name="Turns Back",
+        description="How often in a minute the character turns by more than 120° within two seconds",
+    )
     worst: CollectionProperty(type=WayfarerWorstFrame)
     active_worst: IntProperty(
         name="Worst Frame",

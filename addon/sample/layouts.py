@@ -53,7 +53,7 @@ class SceneLayout:
     blocks: tuple[Block, ...]
     steps: tuple[float, ...] = ()
     is_walled: bool = True
-    cell_size: float = 0.125
+    cell_size: float = 0.1
     n_headings: int = 24
     is_tiled: bool = False
 

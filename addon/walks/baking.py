@@ -93,6 +93,7 @@ def _fill_report(scene, motion: WalkMotion) -> None:
         report.gap, report.gap_joint = after.largest_gap.angle, after.largest_gap.joint
         report.gap_frame = frame_of(after.largest_gap.frame)
     report.edit, report.turn_edit = after.position_edit, after.heading_edit
+    report.idle, report.turns_back = after.idle, after.turns_back
     for found in after.worst_frames:
         entry = report.worst.add()
         entry.frame, entry.what, entry.severity = frame_of(found.frame), found.what, found.severity

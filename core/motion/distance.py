@@ -57,8 +57,8 @@ class CostSettings:
     joint_weights: Mapping[str, float] | None = None
     velocity_weight: float = 0.02
     height_weight: float = 1.0
-    travel_weight: float = 0.3
-    turn_weight: float = 0.3
+    travel_weight: float = 0.5
+    turn_weight: float = 0.5
 
 
 @dataclass(frozen=True)

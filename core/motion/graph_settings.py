@@ -62,7 +62,7 @@ class MotionGraphSettings:
     """
 
     frame_rate: float = 30.0
-    min_segment_duration: float = 0.67
+    min_segment_duration: float = 0.9
     max_cost: float = 0.3
     sigma: float | None = None
     cost: CostSettings = field(default_factory=CostSettings)

@@ -20,7 +20,7 @@ BEAM = 200
 
 
 class Guide(Protocol):
-    """What is known of the way to a goal, in whole units: segments, or frames.
+    """Knowledge of the way to a goal, in whole units: segments, or frames.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What an onlooker sees of a course: standing about, and turning back."""
+"""Standing about and turning back, as an onlooker sees them."""
 
 import numpy as np
 

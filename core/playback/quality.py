@@ -9,9 +9,12 @@ from numpy.typing import ArrayLike
 
 from .. import wording
 from ..errors import ClipError, WalkError
+from ..motion.body_size import relative_size
 from ..motion.clip import MotionClip
 from ..motion.contacts import ContactSettings, foot_joints
+from .pace import idle_frames, times_turned_back
 from .plants import Plant, clip_plants, walk_plants
+from .spikes import BEYOND, LURCH, GraphRoughness, find_spikes, graph_roughness
 from .transitions import transition_gaps
 from .walk import Walk
 
@@ -23,6 +26,9 @@ _KINDS = {
     "speed": ("m/s", 1, 0.3),
     "turn": ("°/s", 180 / np.pi, np.radians(45)),
     "edit": ("cm/m", 100, 0.08),
+    "knee": ("times what the clips do", BEYOND, 1.0),
+    "joint": ("times what the clips do", BEYOND, 1.0),
+    "lurch": ("m/s²", LURCH, 1.0),
 }
 
 
@@ -97,9 +103,13 @@ class WalkQuality:
     position_edit, heading_edit : float
         Metres and radians by which the root path was edited to reach its grid elements, for each metre of it.
     speed_jump, turn_jump : TransitionJump or None
+    idle : float
+        Share of the frames in which the character stands, turns on the spot or shuffles (:mod:`.pace`).
+    turns_back : float
+        Times that it turns back in each minute.
     worst_frames : tuple of WorstFrame
         The worst first: of each plant its fastest frame, of each transition its largest gap and its jumps, of each
-        segment its edit.
+        segment its edit; and the spikes of knees and joints, and lurches (:mod:`.spikes`).
     defects : float
         The excess of everything that is noticeable over that, in times of it, summed over all frames, for each minute:
         0 for a walk in which nothing is. To choose between walks by.
@@ -112,6 +122,8 @@ class WalkQuality:
     heading_edit: float
     speed_jump: TransitionJump | None
     turn_jump: TransitionJump | None
+    idle: float
+    turns_back: float
     worst_frames: tuple[WorstFrame, ...]
     defects: float
 
@@ -127,11 +139,14 @@ def walk_quality(
     contacts: ContactSettings | None = None,
     n_worst: int = 20,
     lifted: np.ndarray | None = None,
+    rough: GraphRoughness | None = None,
 ) -> WalkQuality:
     """Measure the motion ``clip`` that a walk became, cleaned up or not. Frames are those of the walk, from 0.
 
     ``lifted``, an (F, 2) bool array, says when the left and the right foot are in the air although the clips have
     them planted: :attr:`.cleanup.FootCleanup.lifted`. Every other frame of a plant counts, held or not.
+
+    ``rough`` saves time when several motions of one motion graph are measured: :func:`.spikes.graph_roughness`.
 
     WalkError if the clip, or ``lifted``, has another number of frames than the walk.
     """
@@ -147,13 +162,15 @@ def walk_quality(
             f"Lifted feet are given as {lifted.shape} values and the walk has {clip.n_frames} frames of two feet; give "
             "those of the clean-up that made the motion."
         )
-    feet, feet_unknown, worst = _slides(walk, clip, contacts or ContactSettings(), lifted)
+    contacts = contacts or ContactSettings()
+    feet, feet_unknown, worst = _slides(walk, clip, contacts, lifted)
     gap, gaps = _gaps(walk)
     speed_jump, turn_jump, jumps = _jumps(walk, clip)
     position_edit, heading_edit, edits = _edits(walk)
-    worst += gaps + jumps + edits
+    worst += gaps + jumps + edits + _spikes(walk, clip, rough or graph_roughness(walk.embedding.graph, contacts))
     worst.sort(key=lambda entry: (-entry.severity, entry.frame))
     minutes = max(walk.duration, 1e-9) / 60
+    path, size = clip.ground_path, relative_size(clip.skeleton)
     return WalkQuality(
         feet=feet,
         feet_unknown=feet_unknown,
@@ -162,6 +179,8 @@ def walk_quality(
         heading_edit=heading_edit,
         speed_jump=speed_jump,
         turn_jump=turn_jump,
+        idle=float(idle_frames(path, clip.frame_rate, size).mean()),
+        turns_back=times_turned_back(path[:, 2], clip.frame_rate) / minutes,
         worst_frames=tuple(worst[:n_worst]),
         defects=sum(max(entry.severity - 1, 0.0) for entry in worst) / minutes,
     )
@@ -220,6 +239,16 @@ def _slides(walk: Walk, clip: MotionClip, settings: ContactSettings, lifted: np.
         )
         worst += _worst("slide", frames, fastest, repeat(f"{name} slides"))
     return tuple(feet), "", worst
+
+
+def _spikes(walk: Walk, clip: MotionClip, rough: GraphRoughness) -> list[WorstFrame]:
+    names, worst = clip.skeleton.names, []
+    for kind, what, spikes in zip(
+        ("knee", "joint", "lurch"), ("{} snaps", "{} jerks", "{} lurches"), find_spikes(walk, clip, rough), strict=True
+    ):
+        frames, severities = [spike.frame for spike in spikes], [spike.severity for spike in spikes]
+        worst += _worst(kind, frames, severities, (what.format(names[spike.joint]) for spike in spikes))
+    return worst
 
 
 def _gaps(walk: Walk) -> tuple[PoseGap | None, list[WorstFrame]]:

@@ -8,6 +8,7 @@ from ..motion.contacts import ContactSettings
 from ..progress import Progress
 from .cleanup import CleanupSettings, FootCleanup, clean_feet
 from .quality import WalkQuality, walk_quality
+from .spikes import graph_roughness
 from .synthesis import SynthesisSettings, synthesize
 from .walk import Walk
 
@@ -45,14 +46,15 @@ def motion_steps(
     yield Progress(0.0, "Blending segments")
     clip = synthesize(walk, request.synthesis, name, closed=request.closed)
     yield Progress(0.3, "Measuring the motion")
-    before = after = walk_quality(walk, clip, request.contacts)
+    rough = graph_roughness(walk.embedding.graph, request.contacts)
+    before = after = walk_quality(walk, clip, request.contacts, rough=rough)
     cleanup = None
     if request.cleanup is not None:
         yield Progress(0.5, "Holding planted feet")
         cleanup = clean_feet(walk, clip, request.cleanup, request.closed)
         clip = cleanup.clip
         yield Progress(0.8, "Measuring the motion")
-        after = walk_quality(walk, clip, request.contacts, lifted=cleanup.lifted)
+        after = walk_quality(walk, clip, request.contacts, lifted=cleanup.lifted, rough=rough)
     return WalkMotion(walk, clip, request.closed, cleanup, before, after)
 
 

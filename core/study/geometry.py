@@ -43,7 +43,7 @@ class SceneGeometry:
     regions: tuple[Region, ...] = ()
     body: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     footprint: FootprintSettings = field(default_factory=FootprintSettings)
-    cell_size: float = 0.125
+    cell_size: float = 0.1
     n_headings: int = 24
     tiled: bool = False
 

@@ -1,6 +1,7 @@
 """The problems that are measured: motion graphs and rooms of the paper's size."""
 
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -9,11 +10,11 @@ import numpy as np
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import Grid
 from core.motion.clip import MotionClip
-from core.motion.graph import MotionGraph, MotionGraphSettings, ThresholdMode, build_motion_graph
+from core.motion.graph import MotionGraph, ThresholdMode, build_motion_graph
 from core.motion.repertoire import sample_repertoire
 from tests.core.bvh import read_bvh
 from tests.core.geometry import box_triangles
-from tests.core.motion_graphs import DEFECTIVE_FRAMES
+from tests.core.motion_graphs import DEFECTIVE_FRAMES, SHORT
 
 
 def data_folder() -> Path:
@@ -39,13 +40,13 @@ def large_clips() -> tuple[MotionClip, ...]:
 @cache
 def graph(max_cost: float) -> MotionGraph:
     """The motion graph of :func:`clips` at a threshold."""
-    return build_motion_graph(list(clips()), MotionGraphSettings(max_cost=max_cost))
+    return build_motion_graph(list(clips()), replace(SHORT, max_cost=max_cost))
 
 
 @cache
 def scarce_graph() -> MotionGraph:
     """A motion graph of the sample character's clips with few links: many small components, and large ones beside."""
-    settings = MotionGraphSettings(threshold_mode=ThresholdMode.LINKS, max_links=200)
+    settings = replace(SHORT, threshold_mode=ThresholdMode.LINKS, max_links=200)
     return build_motion_graph(sample_repertoire(), settings)
 
 

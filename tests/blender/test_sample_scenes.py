@@ -60,7 +60,7 @@ def test_a_scene_replaces_the_one_before_and_nothing_else():
     # Nothing of the scene before is left behind: this one has no step.
     assert all(block.users for blocks in (bpy.data.meshes, bpy.data.materials) for block in blocks)
     operators.add_sample_room(sample="STEP_ROOM")
-    assert not settings.tiled and settings.cell_size == pytest.approx(0.125) and len(settings.regions) == 1
+    assert not settings.tiled and settings.cell_size == pytest.approx(0.1) and len(settings.regions) == 1
     assert settings.regions[0].object.name == "Step" and settings.regions[0].margin == pytest.approx(0.3)
     assert len(bpy.data.materials) == n_materials and "Table" in bpy.data.objects
     assert len([mesh for mesh in bpy.data.meshes if mesh.name.startswith("Ground")]) == 1

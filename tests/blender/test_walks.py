@@ -31,6 +31,7 @@ def embedded_file(sample_file, tmp_path_factory) -> str:
     bpy.ops.wm.open_mainfile(filepath=sample_file)
     settings = bpy.context.scene.wayfarer
     settings.environment.cell_size, settings.environment.n_headings = 0.25, 12
+    settings.graph.min_segment_duration, settings.graph.max_cost = 0.5, 0.5  # more links than by default
     for clip in settings.clips:
         clip.use = clip.action.name.startswith(("walk", "turn_left", "turn_right_90", "arc", "step_over"))
     assert operators.build_motion_graph() == operators.embed() == {"FINISHED"}

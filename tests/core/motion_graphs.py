@@ -3,6 +3,7 @@
 from functools import cache
 from pathlib import Path
 
+from core.motion.distance import CostSettings
 from core.motion.graph import MotionGraph, MotionGraphSettings, build_motion_graph
 from core.motion.repertoire import sample_repertoire
 
@@ -12,10 +13,14 @@ from .bvh import read_bvh
 DEFECTIVE_FRAMES = {"16_28": 6}
 
 
+#: Shorter segments and more links than by default: more to go wrong in little time.
+SHORT = MotionGraphSettings(min_segment_duration=0.67, cost=CostSettings(travel_weight=0.3, turn_weight=0.3))
+
+
 @cache
 def sample_graph() -> MotionGraph:
     """The motion graph of the procedural sample character."""
-    return build_motion_graph(list(sample_repertoire()), MotionGraphSettings())
+    return build_motion_graph(list(sample_repertoire()), SHORT)
 
 
 @cache
@@ -28,4 +33,4 @@ def recorded_clips(data_folder: Path):
 @cache
 def recorded_graph(data_folder: Path) -> MotionGraph:
     """The motion graph of the recorded motions."""
-    return build_motion_graph(list(recorded_clips(data_folder)), MotionGraphSettings())
+    return build_motion_graph(list(recorded_clips(data_folder)), SHORT)

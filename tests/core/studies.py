@@ -17,6 +17,7 @@ from core.study.plan import StudyPlan, plan_of
 from core.study.run import run_study_steps
 
 from .geometry import box_triangles
+from .motion_graphs import SHORT
 
 
 @cache
@@ -28,7 +29,7 @@ def few_clips():
 
 @cache
 def small_graph() -> MotionGraph:
-    return build_motion_graph(few_clips())
+    return build_motion_graph(few_clips(), SHORT)
 
 
 def room(width=4.0, pillar=(1.5, 1.5), regions=()) -> SceneGeometry:

@@ -98,8 +98,8 @@ def textbook_costs(clip_a, clip_b, weights):
                 costs[i, j] += weight * angle**2
                 costs[i, j] += 0.02 * weight * np.sum((spins_a[name][i] - spins_b[name][j]) ** 2)
             costs[i, j] += (height_a[i] - height_b[j]) ** 2
-            costs[i, j] += 0.3**2 * np.sum((velocity_a[i] - velocity_b[j]) ** 2)
-            costs[i, j] += 0.3**2 * (turn_a[i] - turn_b[j]) ** 2
+            costs[i, j] += 0.5**2 * np.sum((velocity_a[i] - velocity_b[j]) ** 2)
+            costs[i, j] += 0.5**2 * (turn_a[i] - turn_b[j]) ** 2
     return costs
 
 

@@ -22,13 +22,13 @@ from core.motion.contacts import ContactSettings
 from core.motion.distance import CostSettings
 from core.motion.doctor import FindingKind
 from core.motion.graph_settings import MotionGraphSettings
-from core.playback import wandering
+from core.playback import spikes, wandering
 from core.playback.cheapest import BEAM
 from core.playback.cleanup import CleanupSettings
 from core.playback.crowd import CrowdSettings
 from core.playback.curve import CurveSettings
 from core.playback.loop import ATTEMPTS
-from core.playback.pace import IDLE_SPEED, SPEED_TIME, TURN_TIME
+from core.playback.pace import IDLE_SPEED, SPEED_TIME, TURN_ANGLE, TURN_TIME
 from core.playback.prices import EDIT_LENGTH, HEADING_LEVER, PriceSettings
 from core.playback.synthesis import SynthesisSettings
 from core.study.plan import read_plan
@@ -187,7 +187,7 @@ def test_the_method_states_the_defaults():
     graph, cost, contacts = MotionGraphSettings(), CostSettings(), ContactSettings()
     footprint, synthesis, cleanup = FootprintSettings(), SynthesisSettings(), CleanupSettings()
     prices = PriceSettings()
-    assert (cost.height_weight, cost.travel_weight, footprint.position_base, footprint.heading_base) == (1, 0.3, 0, 0)
+    assert (cost.height_weight, cost.travel_weight, footprint.position_base, footprint.heading_base) == (1, 0.5, 0, 0)
     assert COLLAPSED_SHARE == 0.5
     stated = (
         f"({graph.frame_rate:g} per second unless set otherwise",
@@ -219,6 +219,10 @@ def test_the_method_states_the_defaults():
         f"by less than {IDLE_SPEED:g} m/s, over {SPEED_TIME:g} s | {prices.idle:g} |",
         f"beyond {np.degrees(prices.free_turn):g}° within {TURN_TIME:g} s | {prices.back:g} |",
         f"the same segment again | {prices.again:g} |",
+        f"more than {spikes.BEYOND:g} times the {spikes.USUAL:g}th percentile",
+        f"(at least {spikes.SMOOTH_KNEE:g} rad/s² and {spikes.SMOOTH_JOINT:g} rad/s³)",
+        f"by more than {spikes.LURCH:g} m/s² over {spikes.LURCH_TIME:g} s",
+        f"turns of more than {np.degrees(TURN_ANGLE):g}° within {TURN_TIME:g} s",
         f"no wave holds more than {BEAM} nodes",
         f"no point holds more than {CurveSettings().beam} nodes",
         f"as can be found in {ATTEMPTS} tries",

@@ -38,7 +38,7 @@ def test_every_clip_is_there_once_and_its_seconds_add_up():
     assert summary.seconds == pytest.approx(sum(clip.duration for clip in clips))
     assert 0 < summary.kept_seconds < summary.seconds
     assert len(summary.dropped) == len(graph.dropped)
-    assert ("blink", pytest.approx(0.3), "shorter than a segment of 0.67 s") in summary.dropped
+    assert ("blink", pytest.approx(0.3), "shorter than a segment of 0.9 s") in summary.dropped
 
 
 def test_what_was_cut_and_dropped_lies_outside_the_component():

@@ -20,6 +20,7 @@ from core.motion.skeleton import Skeleton
 
 from .bvh import read_bvh
 from .dense_costs import transition_costs
+from .motion_graphs import SHORT
 from .rotations import as_quaternions, as_rotation
 
 CLIPS = {clip.name: clip for clip in sample_repertoire()}
@@ -129,7 +130,7 @@ def test_segments_of_straight_walks_go_straight():
     wander = {}
     for heading in ("root", "steady"):
         clips = [CLIPS[name] if heading == "root" else with_steady_heading(CLIPS[name]) for name in STRAIGHT]
-        graph = build_motion_graph(clips)
+        graph = build_motion_graph(clips, SHORT)
         ends = np.array([segment.path[-1] for segment in graph.segments])
         wander[heading] = np.degrees(np.abs(np.column_stack([ends[:, 2], np.arctan2(ends[:, 1], ends[:, 0])]))).mean()
     assert wander["steady"] < 0.35 * wander["root"]

@@ -10,8 +10,7 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.playback.root_path import played_root_path
 from core.playback.transitions import transition_gaps
-from core.playback.walk import Walk, WalkSettings
-from core.playback.wandering import wandering_walk_steps
+from core.playback.walk import Walk, WalkSettings, random_walk_steps
 from core.progress import finish
 
 from .geometry import box_triangles
@@ -33,7 +32,7 @@ def ground(boxes=(), tiled=False):
 
 def walks(embedding):
     for seed in range(8):
-        yield finish(wandering_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0)))
+        yield finish(random_walk_steps(embedding, np.random.default_rng(seed), WalkSettings(60.0)))
 
 
 def played(walk, tolerance=TOLERANCE):

@@ -20,6 +20,9 @@ from ...core.motion.doctor import FindingKind, RemedyKind
 from ...core.progress import finish
 from ...core.report.floor_chart import FloorScene
 
+#: Metres: that of the rooms in the paper.
+PAPER_CELL = 0.125
+
 Result = TypeVar("Result")
 
 #: Beginnings of the names of those clips of the sample character that a quick run uses.
@@ -111,6 +114,8 @@ def open_place(key: str, coarseness: Coarseness) -> Place:
     scene = bpy.context.scene
     bpy.ops.wayfarer.add_sample_room(sample=key)
     settings = scene.wayfarer.environment
+    if not settings.tiled:
+        settings.cell_size = PAPER_CELL
     settings.cell_size *= coarseness.cell_factor
     settings.n_headings = coarseness.n_headings or settings.n_headings
     bpy.context.view_layer.update()

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ....core.wording import angle, number, of, small, time
+from ....core.wording import amount, angle, number, of, share, small, time
 from ...bridge.units import scene_length, scene_slide
 from ...results.advice import stale_advice
 from ...results.shown import find_walk
@@ -103,6 +103,8 @@ class WAYFARER_PT_walk_quality(Sidebar, bpy.types.Panel):
         rows += [
             ("Root Edit", f"{small(report.edit)} per m"),
             ("Turn Edit", f"{angle(report.turn_edit)} per m"),
+            ("Standing", share(report.idle)),
+            ("Turns Back", f"{amount(report.turns_back)} a minute"),
         ]
         draw_numbers(layout, rows)
         draw_sentences(context, layout, [report.feet], "INFO")

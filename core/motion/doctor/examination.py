@@ -47,7 +47,7 @@ class DoctorSettings:
         Bone names of the left and right foot, ankle first, then toes; guessed if not given.
     """
 
-    min_segment_duration: float = 0.67
+    min_segment_duration: float = 0.9
     pops: PopSettings = field(default_factory=PopSettings)
     in_place_speed: float = 0.12
     proportions: float = 0.05
