@@ -579,7 +579,7 @@ def test_whatever_ends_a_study_ends_its_workers(tmp_path, how, code):
     lay_out(tmp_path, settings={})
     save_scene(room(width=60.0), tmp_path / "open.npz")
     (tmp_path / "study.toml").write_text(
-        'measures = ["nodes"]\n[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"\n[settings]\ncell_size = 0.03'
+        'measures = ["nodes"]\n[scenes]\nopen = "open.npz"\n[clips]\ngraph = "graph.npz"\n[settings]\ncell_size = 0.02'
     )
     program = ROOT / "addon" / "cli" / "cluster.py"
     command = [sys.executable, program, tmp_path / "study.toml", "--out", tmp_path / "out", "--workers", "1"]

@@ -59,6 +59,7 @@ def crowd(note) -> hand.Turns:
     yield from hand.work_is_done()
     note("walkers", len(walkers()))
     note("closest", asked.closest)
+    note("left_out", len(asked.unserved.splitlines()))
     places = []
     for frame in (1, 60, 120):
         scene.frame_set(frame)

@@ -195,7 +195,8 @@ def test_a_walk_is_baked_as_strips_and_as_a_copy(session):
 
 def test_a_crowd_walks_without_meeting(session):
     found = session.chapter("crowd")
-    assert found["walkers"] == 4 and found["closest"] >= 0.59
+    # One that others shut in gets no walk, and that is said.
+    assert found["walkers"] >= 3 and found["walkers"] + found["left_out"] == 4 and found["closest"] >= 0.59
     assert all(abs(x) < 3.5 and abs(y) < 4 and 0.5 < z < 1.2 for frame in found["places"] for x, y, z in frame)
     assert found["places"][0] != found["places"][1] != found["places"][2]
     assert not found["collection"]
