@@ -304,6 +304,14 @@ def test_arms_swing_against_the_legs_and_elbows_bend_forward(clips, name):
         assert np.all(joint(clip, side + "Hand")[:, 2] < joint(clip, side + "Arm")[:, 2] - 0.35)
 
 
+def test_hands_hang_beside_the_thighs(clips):
+    for clip, (side, sign) in itertools.product(clips.values(), zip(SIDES, (1, -1), strict=True)):
+        across = joint(clip, "LeftUpLeg") - joint(clip, "RightUpLeg")
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        beside = sign * np.sum((joint(clip, side + "Hand") - joint(clip, side + "UpLeg")) * across, axis=1)
+        assert np.median(beside) > 0.09, (clip.name, side)
+
+
 def test_body_leans_little_and_the_head_stays_level(clips):
     for clip in clips.values():
         trunk = joint(clip, "Neck") - joint(clip, "Hips")

@@ -255,11 +255,11 @@ def _pose_arm(
     # Bone axes of an arm that hangs straight down: X to the right, Y down, Z forward, for both sides.
     down = quat.from_matrix(np.column_stack([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]))
     wander = np.radians(1.0)
-    out = sign * (np.radians(9.0) + wander * 0.5 * drift[0])
+    out = sign * (np.radians(8.0) + 0.2 * swing + wander * 0.5 * drift[0])
     arm = quat.about("x", swing + np.radians(-2) + wander * drift[1])
     # Turned in a little, so that the forearm swings across rather than straight ahead.
-    across = quat.about("y", -sign * 0.35)
-    world[side + "Arm"] = quat.multiply(hanging, down, quat.about("z", -out), arm, across)
+    across = quat.about("y", sign * 0.08)
+    world[side + "Arm"] = quat.multiply(hanging, down, quat.about("z", out), arm, across)
     elbow = style.elbows * (np.radians(14.0 + 7.0 * course.speed) + 0.35 * swing + 0.15 * np.abs(swing))
     forearm = quat.multiply(world[side + "Arm"], quat.about("x", elbow + wander * drift[2]))
     world[side + "ForeArm"] = forearm
