@@ -3,11 +3,14 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+import bpy
 import numpy as np
 
 from ...core.environment.obstacle_masks import ObstacleCache
 from ...core.environment.pieces import Piece, Shape, all_triangles
 from ...core.errors import SceneError
+from ...core.motion.kinematics import FARTHEST
+from ...core.wording import amount
 
 _MOST_PIECES = 20_000
 """Places of shapes that are remembered; a scene that has more loses only time."""
@@ -72,7 +75,7 @@ def read_pieces(objects: Iterable, depsgraph, memory: ShapeMemory | None = None)
     and metaballs count by their surface. Objects without faces, and objects hidden in the viewport, give no
     pieces. One Blender unit is one metre. With a ``memory``, shapes that it knows are not read again.
 
-    Raises SceneError, naming the object, if a coordinate is not a number.
+    Raises SceneError, naming the object, if a coordinate is not a number or absurdly large.
     """
     wanted = {obj.original for obj in objects}
     # Many instances share one shape; evaluated data stays in place while the instances are listed.
@@ -87,14 +90,48 @@ def read_pieces(objects: Iterable, depsgraph, memory: ShapeMemory | None = None)
         shape = memory.shape(shown, source)
         if len(shape.triangles) == 0:
             continue
-        matrix = np.array(instance.matrix_world, dtype=float)
-        if not (shape.is_finite and np.isfinite(matrix).all()):
-            raise SceneError(
-                f"The object '{source.original.name}' has vertices whose position is not a number; repair its mesh "
-                "or its modifiers, or leave it out of the obstacles."
-            )
-        pieces.append(memory.piece(shape, matrix))
+        pieces.append(_checked(source, memory.piece(shape, np.array(instance.matrix_world, dtype=float))))
     return tuple(pieces)
+
+
+def read_own_piece(obj, depsgraph, memory: ShapeMemory | None = None) -> Piece | None:
+    """Return what an object shows by itself, modifiers applied, in metres; also of a hidden one, but nothing that it
+    instances. None if it has no faces.
+
+    Raises SceneError, naming the object, if a coordinate is not a number or absurdly large.
+    """
+    evaluated = obj.evaluated_get(depsgraph)
+    matrix = np.array(evaluated.matrix_world, dtype=float)
+    if memory is not None and evaluated.type == "MESH":
+        piece = memory.piece(memory.shape(evaluated, evaluated), matrix)
+    else:
+        piece = Piece(Shape(_local_triangles(evaluated)), matrix)
+    return _checked(evaluated, piece) if len(piece.shape.triangles) else None
+
+
+def shown_objects(objects: Iterable, view_layer) -> list:
+    """Return the objects that a view layer shows.
+
+    Those that a viewport leaves out for a while, in its local view, stand where they stood.
+    """
+    with bpy.context.temp_override(area=None, region=None):
+        return [obj for obj in objects if obj.visible_get(view_layer=view_layer)]
+
+
+def _checked(source, piece: Piece) -> Piece:
+    """Return a piece that comes from an object; SceneError, naming that, if it cannot be worked with."""
+    name = source.original.name
+    if not (piece.shape.is_finite and np.isfinite(piece.matrix).all()):
+        raise SceneError(
+            f"The object '{name}' has vertices whose position is not a number; repair its mesh or its modifiers, or "
+            "leave it out."
+        )
+    if piece.farthest > FARTHEST:
+        raise SceneError(
+            f"The object '{name}' reaches farther than {amount(FARTHEST / 1000)} km from the origin; move the scene to "
+            "the origin, shrink the object, or leave it out."
+        )
+    return piece
 
 
 def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = None) -> np.ndarray:
@@ -102,13 +139,6 @@ def read_triangles(objects: Iterable, depsgraph, memory: ShapeMemory | None = No
     xyz]; see :func:`read_pieces`.
     """
     return all_triangles(read_pieces(objects, depsgraph, memory))
-
-
-def read_own_triangles(obj, depsgraph) -> np.ndarray:
-    """(T, 3, 3) world positions in metres of the triangles of an object's own mesh or surface, modifiers applied: those
-    of a hidden one too, but nothing that it instances."""
-    evaluated = obj.evaluated_get(depsgraph)
-    return Piece(Shape(_local_triangles(evaluated)), np.array(evaluated.matrix_world, dtype=float)).triangles()
 
 
 def _local_triangles(evaluated) -> np.ndarray:

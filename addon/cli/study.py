@@ -216,6 +216,7 @@ def scene_geometry(scene) -> SceneGeometry:
         obstacles=shapes.obstacles,
         low=shapes.low,
         high=shapes.high,
+        ground=None if shapes.ground is None else shapes.ground.triangles(),
         regions=tuple(scene_regions(scene, shapes)),
         body=settings.to_core(shapes.ground_height),
         footprint=scene.wayfarer.embedding.to_core().footprint,

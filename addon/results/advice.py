@@ -3,8 +3,11 @@
 Nothing here stops anybody: what cannot be done at all is an error of the core.
 """
 
+import bpy
+
 from ...core.wording import length, number, rough, share
 from ..bridge.clip_actions import character_problem
+from ..bridge.read_scene import shown_objects
 from ..bridge.tags import tag_names
 from ..properties.environment import REGION_TYPES
 from ..scene.inputs import obstacle_objects
@@ -114,7 +117,7 @@ def _hidden_advice(scene) -> list[str]:
     for obj in obstacle_objects(scene):
         if obj.type in REGION_TYPES or obj.instance_type != "NONE":
             # Panels ask at each redraw, and the first of many objects is mostly seen.
-            if obj.visible_get():
+            if shown_objects([obj], bpy.context.view_layer):
                 return []
             solid.append(obj)
     if not solid:

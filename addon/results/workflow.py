@@ -7,6 +7,7 @@ that keeps what came of it.
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 
+import bpy
 import numpy as np
 from mathutils import Vector
 
@@ -17,6 +18,7 @@ from ...core.motion.doctor import ClipMotion, clip_motions
 from ...core.motion.graph import MotionGraph, build_motion_graph_steps
 from ...core.motion.graph_summary import summarize
 from ...core.progress import Progress, portion
+from ..bridge.read_scene import shown_objects
 from ..scene.inputs import (
     SceneShapes,
     graph_settings,
@@ -128,8 +130,9 @@ def _outside(scene, shapes: SceneShapes) -> tuple[str, ...]:
     settings = scene.wayfarer.environment
     low, high = np.subtract(shapes.low, settings.radius), np.add(shapes.high, settings.radius)
     names = []
-    for obj in settings.obstacles.all_objects if settings.obstacles else ():
-        if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"} or not obj.visible_get():
+    solid = settings.obstacles.all_objects if settings.obstacles else ()
+    for obj in shown_objects(solid, bpy.context.view_layer):
+        if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
             continue
         corners = np.array([tuple(obj.matrix_world @ Vector(corner)) for corner in obj.bound_box])[:, :2]
         if np.any(corners.max(axis=0) < low) or np.any(corners.min(axis=0) > high):

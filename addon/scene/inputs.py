@@ -21,9 +21,9 @@ from ..bridge.clip_actions import character_problem
 from ..bridge.copies import is_deformed_by
 from ..bridge.owned import drawn_objects, is_copy
 from ..bridge.read_actions import read_clip
-from ..bridge.read_scene import ShapeMemory, read_pieces, read_triangles
+from ..bridge.read_scene import ShapeMemory, read_own_piece, read_pieces, read_triangles, shown_objects
 from ..bridge.rig import bind_rig
-from ..properties.environment import GroundSource
+from ..properties.environment import REGION_TYPES, GroundSource
 from .changes import belongs_to
 from .fingerprint import fingerprint
 from .motion_fingerprint import action_fingerprint
@@ -149,6 +149,8 @@ class SceneShapes:
         Corners of the ground rectangle in metres.
     ground_height : float
         World z of the ground in metres.
+    ground : Piece or None
+        What can be stood on, seen from above; None where the ground is the whole rectangle.
     regions : tuple of (T, 3, 3) float array
         Triangles of each of the scene's regions, in their order; those without an object are left out.
     """
@@ -157,6 +159,7 @@ class SceneShapes:
     low: tuple[float, float]
     high: tuple[float, float]
     ground_height: float
+    ground: Piece | None
     regions: tuple[np.ndarray, ...]
 
     @property
@@ -167,7 +170,8 @@ class SceneShapes:
     @cached_property
     def fingerprint(self) -> str:
         keys = [piece.key for piece in self.pieces]
-        return fingerprint(keys, self.low, self.high, self.ground_height, *self.regions)
+        outline = () if self.ground is None else self.ground.key
+        return fingerprint(keys, self.low, self.high, self.ground_height, outline, *self.regions)
 
 
 def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneShapes:
@@ -180,11 +184,15 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
     """
     settings = scene.wayfarer.environment
     # Blender goes on evaluating what is in a collection that is hidden by its eye.
-    shown = [obj for obj in obstacle_objects(scene) if obj.visible_get(view_layer=depsgraph.view_layer)]
-    pieces = read_pieces(shown, depsgraph, memory)
+    shown = shown_objects(obstacle_objects(scene), depsgraph.view_layer)
+    pieces, ground = read_pieces(shown, depsgraph, memory), None
     if settings.source is GroundSource.OBJECT:
         _check_stays(scene, "ground", settings.ground)
-    low, high, height = _ground(settings, pieces, depsgraph)
+        if settings.ground is not None and settings.ground.type in REGION_TYPES:
+            ground = read_own_piece(settings.ground, depsgraph, memory)
+    low, high, height = _ground(settings, pieces, ground, depsgraph)
+    if ground is not None and ground.fills_rectangle:
+        ground = None
     regions = []
     for region in settings.regions:
         if region.object is not None:
@@ -195,7 +203,7 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
                     f"The region '{region.object.name}' shows no faces; unhide it, give it some, or remove the region."
                 )
             regions.append(triangles)
-    return SceneShapes(pieces, low, high, height, tuple(regions))
+    return SceneShapes(pieces, low, high, height, ground, tuple(regions))
 
 
 def obstacle_objects(scene) -> Iterator:
@@ -237,12 +245,15 @@ def _check_stays(scene, what: str, obj) -> None:
         )
 
 
-def _ground(settings, pieces: Sequence[Piece], depsgraph) -> tuple[tuple[float, float], tuple[float, float], float]:
+def _ground(
+    settings, pieces: Sequence[Piece], ground: Piece | None, depsgraph
+) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Low and high corner (x, y) of the ground rectangle, and its height."""
     if settings.source is GroundSource.TYPED:
         return tuple(settings.ground_low), tuple(settings.ground_high), settings.ground_height
     if settings.source is GroundSource.OBJECT and settings.ground is not None:
-        corners = _world_bounds(settings.ground, depsgraph)
+        # An outline of edges alone is a ground, too.
+        corners = _world_bounds(settings.ground, depsgraph) if ground is None else ground.bounds
         height = corners[:, 2].max()
         if np.any(np.ptp(corners[:, :2], axis=0) < _NARROW):
             raise SceneError(
@@ -275,7 +286,8 @@ def make_environment_steps(
     settings = scene.wayfarer.environment
     grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
     body, cache = settings.to_core(shapes.ground_height), memory.obstacles if memory is not None else None
-    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, cache)
+    ground = None if shapes.ground is None else shapes.ground.triangles()
+    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, cache, ground)
 
 
 def scene_regions(scene, shapes: SceneShapes) -> list[Region]:

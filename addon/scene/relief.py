@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..bridge.read_scene import read_own_triangles
+from ..bridge.read_scene import read_own_piece
 from ..properties.environment import REGION_TYPES, GroundSource
 
 _FLAT = 0.02
@@ -22,8 +22,8 @@ def uneven_ground(scene, height: float, depsgraph) -> tuple[str, float, float] |
     ground = settings.ground if settings.source is GroundSource.OBJECT else None
     if ground is None or ground.type not in REGION_TYPES:
         return None
-    triangles = read_own_triangles(ground, depsgraph)
-    lowest = lowest_floor(triangles, height - _FLAT) if np.isfinite(triangles).all() else None
+    piece = read_own_piece(ground, depsgraph)
+    lowest = None if piece is None else lowest_floor(piece.triangles(), height - _FLAT)
     return None if lowest is None else (ground.name, lowest, height)
 
 

@@ -9,6 +9,7 @@ from .. import wording
 from ..errors import SceneError
 from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
+from .ground import off_ground
 from .obstacle_masks import ObstacleCache
 from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_strips
 from .pieces import Piece, all_triangles
@@ -45,7 +46,7 @@ class Environment:
     ----------
     grid : Grid
     blocked : (4 nx, 4 ny) bool array
-        Samples with any point closer to an obstacle than the character's radius.
+        Samples with any point closer to an obstacle than the character's radius, or off the ground.
     regions : tuple of RegionMask
     """
 
@@ -93,6 +94,7 @@ def build_environment(
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
     memory: ObstacleCache | None = None,
+    ground: np.ndarray | None = None,
 ) -> Environment:
     """Rasterise obstacles and regions, see :func:`build_environment_steps`.
 
@@ -103,7 +105,7 @@ def build_environment(
            [0, 0, 0],
            [1, 1, 1]])
     """
-    return finish(build_environment_steps(grid, obstacles, regions, settings, memory))
+    return finish(build_environment_steps(grid, obstacles, regions, settings, memory, ground))
 
 
 def build_environment_steps(
@@ -112,6 +114,7 @@ def build_environment_steps(
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
     memory: ObstacleCache | None = None,
+    ground: np.ndarray | None = None,
 ) -> Generator[Progress, None, Environment]:
     """Rasterise obstacles and regions. Yields progress.
 
@@ -123,6 +126,9 @@ def build_environment_steps(
     memory : ObstacleCache, optional
         What the pieces left when they were last rasterised: those that it knows are not looked at again, and the
         others in several steps. The environment is the same with it and without.
+    ground : (T, 3, 3) float array, optional
+        World-space triangles in metres of what can be stood on, seen from above: the root keeps to samples that they
+        cover wholly. By default that is the whole grid.
 
     Raises
     ------
@@ -154,6 +160,9 @@ def build_environment_steps(
         blocked = yield from memory.blocked_steps(grid, obstacles, settings.radius, low, high)
     else:
         blocked = _blocked(grid, all_triangles(obstacles), settings.radius, low, high)
+    if ground is not None:
+        yield Progress(1.0, "Outlining the ground")
+        blocked = blocked | off_ground(ground, grid)
     return Environment(grid, blocked, rasterise_regions(regions, grid))
 
 

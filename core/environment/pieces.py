@@ -7,6 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .ground import fills_rectangle
+
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -26,6 +28,12 @@ class Shape:
         digest = hashlib.blake2b(repr((self.triangles.shape, self.triangles.dtype.str)).encode(), digest_size=16)
         digest.update(np.ascontiguousarray(self.triangles).data)
         return digest.hexdigest()
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, 3): lowest and highest coordinates in metres; the shape must have triangles."""
+        corners = self.triangles.reshape(-1, 3)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     @cached_property
     def is_finite(self) -> bool:
@@ -58,10 +66,26 @@ class Piece:
         corners = self.triangles().reshape(-1, 3)
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
+    @cached_property
+    def fills_rectangle(self) -> bool:
+        """True if the piece, seen from above, surely fills the rectangle that holds it; see :mod:`.ground`."""
+        return fills_rectangle(self.triangles())
+
+    @cached_property
+    def farthest(self) -> float:
+        """How far from the world's origin it may reach along an axis, in metres; the shape must have triangles."""
+        corners = np.stack(np.meshgrid(*self.shape.bounds.T), axis=-1).reshape(-1, 3)
+        return float(np.abs(corners @ self.matrix[:3, :3].T + self.matrix[:3, 3]).max())
+
     def triangles(self) -> np.ndarray:
-        """(T, 3, 3) world positions in metres; made anew each time, because they take much more than the shape."""
+        """(T, 3, 3) world positions in metres; made anew each time, because they take much more than the shape.
+
+        Faces that look outwards go on doing so where the matrix mirrors.
+        """
         corners = self.shape.triangles.reshape(-1, 3) @ self.matrix[:3, :3].T + self.matrix[:3, 3]
-        return corners.reshape(-1, 3, 3)
+        triangles = corners.reshape(-1, 3, 3)
+        mirrors = np.linalg.det(self.matrix[:3, :3]) < 0
+        return np.ascontiguousarray(triangles[:, ::-1]) if mirrors else triangles
 
 
 def all_triangles(pieces: Iterable[Piece]) -> np.ndarray:

@@ -80,7 +80,7 @@ def rasterise_regions(regions: Sequence[Region], grid: Grid) -> tuple[RegionMask
         if not np.isfinite(region.triangles).all():
             raise SceneError(f"The region '{region.name}' has a vertex whose position is not a number; repair it.")
         if region.rule is not RegionRule.CONFINE:
-            mask = samples_within(grid, _shadow([region]), region.margin)
+            mask = samples_within(grid, _shadow(_triangles(region)), region.margin)
             masks.append(RegionMask(region.name, region.rule, region.tag, mask))
             if not mask.any():
                 raise SceneError(
@@ -89,7 +89,7 @@ def rasterise_regions(regions: Sequence[Region], grid: Grid) -> tuple[RegionMask
     for tag in dict.fromkeys(region.tag for region in regions if region.rule is RegionRule.CONFINE):
         confining = [region for region in regions if region.rule is RegionRule.CONFINE and region.tag == tag]
         names = ", ".join(region.name for region in confining)
-        mask = _inside(_shadow(confining), grid)
+        mask = samples_inside(np.concatenate([_triangles(region) for region in confining]), grid)
         if not mask.any():
             raise SceneError(
                 f"The region '{names}' holds no part of the ground that is as wide as a quarter of a cell; make it "
@@ -99,13 +99,16 @@ def rasterise_regions(regions: Sequence[Region], grid: Grid) -> tuple[RegionMask
     return tuple(masks)
 
 
-def _shadow(regions: Sequence[Region]) -> np.ndarray:
-    triangles = np.concatenate([np.asarray(region.triangles, dtype=float).reshape(-1, 3, 3) for region in regions])
+def _triangles(region: Region) -> np.ndarray:
+    return np.asarray(region.triangles, dtype=float).reshape(-1, 3, 3)
+
+
+def _shadow(triangles: np.ndarray) -> np.ndarray:
     return clip_to_heights(triangles, -np.inf, np.inf)
 
 
-def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return (4 nx, 4 ny) bool: samples inside the polygons.
+def samples_inside(triangles: np.ndarray, grid: Grid) -> np.ndarray:
+    """Return (4 nx, 4 ny) bool: samples wholly inside what (T, 3, 3) triangles (m) cover, seen from above.
 
     On a finer mask, what the border crosses has an untouched neighbour on the border's outer side; what is left when
     all that has one is taken away lies inside, and so do the samples made of nothing else.
@@ -113,7 +116,7 @@ def _inside(shadow: np.ndarray, grid: Grid) -> np.ndarray:
     nx, ny, n_headings = grid.shape
     finer = Grid((nx * _FINER, ny * _FINER, n_headings), grid.cell_size / _FINER, grid.origin, grid.tiled)
     # The tolerance lets a region that ends with a sample hold it.
-    raster = PolygonRaster(finer, shadow, margin=1, tolerance=1e-6)
+    raster = PolygonRaster(finer, _shadow(triangles), margin=1, tolerance=1e-6)
     width, depth = nx * SUBDIVISION, ny * SUBDIVISION
     inside = np.empty((width, depth), dtype=bool)
     for first, last in strips(width, depth * _FINER**2):

@@ -28,6 +28,8 @@ class SceneGeometry:
         World-space triangles in metres.
     low, high : (x, y)
         Corners of the ground rectangle in metres.
+    ground : (T, 3, 3) float array, optional
+        World-space triangles of what can be stood on, seen from above; by default the whole rectangle.
     regions : tuple of Region
     body : EnvironmentSettings
     footprint : FootprintSettings
@@ -46,6 +48,7 @@ class SceneGeometry:
     cell_size: float = 0.1
     n_headings: int = 24
     tiled: bool = False
+    ground: np.ndarray | None = None
 
 
 def grid_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Grid:
@@ -64,9 +67,8 @@ def environment_of(geometry: SceneGeometry, values: Mapping[str, Value]) -> Envi
     Raises SceneError if they make none.
     """
     given: dict[str, Any] = {n: values[n] for n in ("radius", "step_height", "head_height") if n in values}
-    return build_environment(
-        grid_of(geometry, values), geometry.obstacles, geometry.regions, replace(geometry.body, **given)
-    )
+    grid, body = grid_of(geometry, values), replace(geometry.body, **given)
+    return build_environment(grid, geometry.obstacles, geometry.regions, body, ground=geometry.ground)
 
 
 def scene_to_bytes(geometry: SceneGeometry) -> bytes:
@@ -89,6 +91,8 @@ def scene_to_bytes(geometry: SceneGeometry) -> bytes:
         "obstacles": np.asarray(geometry.obstacles, dtype=float).reshape(-1, 3, 3),
         "regions": np.concatenate(triangles),
     }
+    if geometry.ground is not None:
+        arrays["ground"] = np.asarray(geometry.ground, dtype=float).reshape(-1, 3, 3)
     return archive_to_bytes(SCENE_FORMAT, content, arrays)
 
 
@@ -103,8 +107,8 @@ def load_scene(path: str | os.PathLike) -> SceneGeometry:
 
 
 def _scene(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SceneGeometry:
-    obstacles, joined = arrays["obstacles"], arrays["regions"]
-    require(obstacles.shape == (len(obstacles), 3, 3) and joined.shape == (len(joined), 3, 3))
+    obstacles, joined, ground = arrays["obstacles"], arrays["regions"], arrays.get("ground")
+    require(all(a.shape == (len(a), 3, 3) for a in (obstacles, joined, ground) if a is not None))
     regions, start = [], 0
     for name, rule, tag, margin, n_triangles in content["regions"]:
         require(0 <= n_triangles <= len(joined) - start)
@@ -123,4 +127,5 @@ def _scene(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Scen
         cell_size=float(content["cell_size"]),
         n_headings=int(content["n_headings"]),
         tiled=bool(content["tiled"]),
+        ground=ground,
     )

@@ -85,3 +85,69 @@ def test_radius_from_the_character():
     environment.radius = 1.0
     assert bpy.ops.wayfarer.fit_radius() == {"FINISHED"}
     assert 0.2 < environment.radius < 0.32
+
+
+def floor_of(outline):
+    """The ground becomes one face with these corners (x, y)."""
+    mesh = bpy.data.meshes.new("Floor")
+    mesh.from_pydata([(x, y, 0.0) for x, y in outline], [], [range(len(outline))])
+    settings = bpy.context.scene.wayfarer.environment
+    settings.ground.data = mesh
+    settings.regions.clear()
+    settings.obstacles = None
+    settings.cell_size = 0.25
+    bpy.context.view_layer.update()
+    return settings.ground
+
+
+U_SHAPE = ((-4, -4), (4, -4), (4, 4), (2, 4), (2, -2), (-2, -2), (-2, 4), (-4, 4))
+
+
+def test_a_ground_is_walked_on_where_it_has_faces(environment):
+    ground = floor_of(U_SHAPE)
+    made = make_environment(bpy.context.scene, shapes())
+    x, y = np.moveaxis(made.grid.positions(np.argwhere(np.ones(made.grid.shape[:2]))).reshape(32, 32, 2), -1, 0)
+    assert np.array_equal(made.free_cells(), ~((abs(x) < 2) & (y > -2)))
+    # Turned, it leaves the corners of the rectangle that holds it.
+    full = floor_of(((-2, -2), (2, -2), (2, 2), (-2, 2)))
+    assert shapes().ground is None
+    full.rotation_euler.z = np.pi / 4
+    bpy.context.view_layer.update()
+    free = make_environment(bpy.context.scene, shapes()).free_cells()
+    assert free[11, 11] and not free[0, 0] and 0.4 < free.mean() < 0.55
+    assert ground is full
+
+
+def test_another_outline_is_another_environment(environment):
+    floor_of(U_SHAPE)
+    before = shapes().fingerprint
+    floor_of((*U_SHAPE[:4], (2, -3), (-2, -3), *U_SHAPE[6:]))
+    assert shapes().fingerprint != before and (shapes().low, shapes().high) == ((-4, -4), (4, 4))
+
+
+def test_mirrored_instances_are_solid(environment):
+    floor_of(((-4, -4), (4, -4), (4, 4), (-4, 4)))
+    solid, shown = bpy.data.collections.new("Solid"), bpy.data.collections.new("Shown")
+    bpy.context.scene.collection.children.link(shown)
+    bpy.ops.mesh.primitive_cube_add(size=2, location=(0.5, 0.5, 1))
+    box = bpy.context.active_object
+    solid.objects.link(box)
+    bpy.context.collection.objects.unlink(box)
+    instance = bpy.data.objects.new("Instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", solid
+    shown.objects.link(instance)
+    environment.obstacles = shown
+    free = []
+    for scale in (1, -1):
+        instance.scale.x = scale
+        bpy.context.view_layer.update()
+        free.append(make_environment(bpy.context.scene, shapes()).free_cells())
+    assert np.array_equal(free[0], free[1][::-1]) and not free[0][15:20, 15:20].any()
+
+
+@pytest.mark.parametrize("what", ["Pillar A", "Ground"])
+def test_what_is_too_far_away_is_named(environment, what):
+    bpy.data.objects[what].location = (500_000, 6_000_000, 1)
+    bpy.context.view_layer.update()
+    with pytest.raises(SceneError, match=f"'{what}' reaches farther than 1,000 km from the origin; move the scene to"):
+        shapes()

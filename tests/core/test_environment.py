@@ -12,7 +12,9 @@ from core.environment import obstacles
 from core.environment.dilation import samples_near
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import SUBDIVISION, Grid
+from core.environment.ground import fills_rectangle, off_ground
 from core.environment.obstacles import clip_to_heights, rasterise, samples_within
+from core.environment.pieces import Piece, Shape
 from core.environment.regions import Region, RegionRule
 from core.errors import SceneError
 
@@ -353,3 +355,69 @@ def test_grid_over_rectangle():
 def test_bad_input_is_refused_with_a_sentence(make, message):
     with pytest.raises(SceneError, match=message):
         make()
+
+
+def patch(low, high, corners=1, z=0.0):
+    """(T, 3, 3): a flat rectangle of ``corners`` x ``corners`` quads of two triangles each."""
+    x, y = (np.linspace(low[axis], high[axis], corners + 1) for axis in (0, 1))
+    quads = []
+    for i in range(corners):
+        for j in range(corners):
+            a, b = (x[i], y[j], z), (x[i + 1], y[j], z)
+            c, d = (x[i + 1], y[j + 1], z), (x[i], y[j + 1], z)
+            quads += [(a, b, c), (a, c, d)]
+    return np.array(quads)
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_ground_is_where_every_part_of_a_sample_is_covered(seed, tiled):
+    """Unions of rectangles with corners on the finest mask, against that mask filled one by one."""
+    rng = np.random.default_rng(seed)
+    grid = Grid((3, 6, 4), 1.0, (rng.uniform(-9, 9), 0.5), tiled)
+    fine = grid.sample_size / 4
+    size = np.array(grid.shape[:2]) * SUBDIVISION * 4
+    covered, faces = np.zeros(size, dtype=bool), []
+    for _ in range(rng.integers(1, 5)):
+        # Gaps that are narrower count as closed.
+        low, high = np.sort(3 * rng.integers(0, size // 3, (2, 2)), axis=0) + [[0], [3]]
+        covered[low[0] : high[0], low[1] : high[1]] = True
+        faces.append(patch(grid.origin + low * fine, grid.origin + high * fine, rng.integers(1, 3)))
+    expected = covered.reshape(size[0] // 4, 4, size[1] // 4, 4).all(axis=(1, 3))
+    ground = np.concatenate(faces)
+    # Nothing beside it is held, and nothing is lost but, here and there, along an edge.
+    held = ~off_ground(ground, grid)
+    assert not (held & ~expected).any()
+    around = np.pad(expected, 1, mode="wrap") if tiled else np.pad(expected, 1, constant_values=True)
+    assert not (ndimage.binary_erosion(around, np.ones((3, 3)))[1:-1, 1:-1] & ~held).any()
+    blocked = build_environment(grid, np.empty((0, 3, 3)), ground=ground).blocked
+    assert np.array_equal(blocked, ~held)
+
+
+@given(st.integers(0, 10**6))
+def test_a_rectangle_is_known_by_its_edges(seed):
+    rng = np.random.default_rng(seed)
+    quads = patch((-2, 1), (3, 5), 4).reshape(-1, 2, 3, 3)
+    full = quads.reshape(-1, 3, 3)
+    # However the faces are wound, and whatever their heights.
+    wound = np.where(rng.random(len(full))[:, None, None] < 0.5, full, full[:, ::-1])
+    wound[:, :, 2] = np.sin(5 * wound[:, :, 0]) * wound[:, :, 1]
+    assert fills_rectangle(wound)
+    assert fills_rectangle(box_triangles((-1, -1, 0), (1, 2, 1)))
+    missing = rng.choice(16, rng.integers(1, 16), replace=False)
+    part = np.delete(quads, missing, axis=0).reshape(-1, 3, 3)
+    low, high = part[:, :, :2].min(axis=(0, 1)), part[:, :, :2].max(axis=(0, 1))
+    area = np.prod(high - low)
+    assert fills_rectangle(part) == (len(part) * 5 / 8 >= area - 1e-9)
+    turn = np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
+    assert not fills_rectangle(full @ turn)
+    assert not fills_rectangle(np.empty((0, 3, 3)))
+
+
+@pytest.mark.parametrize("scale", [(-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, -1), (-1, -1, 1)])
+def test_what_is_mirrored_is_as_solid_as_before(scale):
+    shape = Shape(box_triangles((-2, -2, -1), (2, 2, 1)))
+    grid = Grid.over_rectangle((-4, -4), (4, 4), 0.25, 8)
+    plain, mirrored = (Piece(shape, np.diag([*factors, 1.0])) for factors in ((1, 1, 1), scale))
+    expected = build_environment(grid, [plain])
+    assert np.array_equal(build_environment(grid, [mirrored]).blocked, expected.blocked)
+    assert not expected.free_cells()[12:20, 12:20].any()
