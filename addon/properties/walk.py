@@ -6,7 +6,7 @@ import bpy
 
 from ...core.playback.cleanup import CleanupSettings
 from ...core.playback.curve import CurveSettings
-from ...core.playback.styles import STYLES, WalkStyle
+from ...core.playback.styles import STYLES, WalkRequest, WalkStyle
 from ...core.playback.synthesis import SynthesisSettings
 from . import crowd, walk_report
 from .crowd import WEIGHTING_ITEMS, WayfarerCrowdSettings
@@ -28,6 +28,7 @@ _SHOWN = {
     "target": lambda s: _when(s, "target", "OBJECT", "target_object"),
     "waypoints": lambda _: ("waypoints",),
     "nearness": lambda _: ("nearness",),
+    "smoothness": lambda _: ("smoothness",),
     "facing": lambda s: ("facing",) if s.facing == "ANY" else ("facing", "facing_tolerance"),
     "curve": lambda _: ("path_curve", "path_width"),
     "weighting": lambda _: ("weighting",),
@@ -112,6 +113,15 @@ class WayfarerWalkSettings(bpy.types.PropertyGroup):
         default=math.radians(15.0),
         min=0.0,
         max=math.pi,
+    )
+    smoothness: FloatProperty(
+        name="Smoothness",
+        description="0: the quickest way. 1: the smoothest, for which up to twice the time is taken. Between, time is "
+        "traded for fewer rough transitions, edits, stops and turns",
+        subtype="FACTOR",
+        default=WalkRequest.smoothness,
+        min=0.0,
+        max=1.0,
     )
     waypoints: PointerProperty(
         type=bpy.types.Collection,

@@ -46,6 +46,7 @@ def read_request(context) -> WalkRequest:
         settings.walk_on,
         weighting=read_weighting(scene, settings.weighting),
         nearness=settings.nearness,
+        smoothness=settings.smoothness,
         **fields,
     )
 

@@ -91,11 +91,11 @@ def cheapest_way_steps(
         beyond = wave.beyond[row] + (wave.stage[row] == guide.n_goals)
         # What is spent beyond the goals does not matter.
         spent = np.where(beyond > 0, 0, wave.spent[row] + guide.spends[segment_of[stencil]])
-        # Of those who have come to the same, the cheapest; of these, the first.
-        sizes = (*shape, guide.n_goals + 1, look_ahead + 1, int(spent.max(initial=0)) + 1)
-        code = np.ravel_multi_index((*nodes.T, wave.stage[row], beyond, spent), sizes)
-        order = np.lexsort((price, code))
-        order = order[np.flatnonzero(np.diff(code[order], prepend=-1))]
+        order = _undominated(
+            np.ravel_multi_index((*nodes.T, wave.stage[row], beyond), (*shape, guide.n_goals + 1, look_ahead + 1)),
+            price,
+            spent,
+        )
         row, stencil, price, nodes, spent, beyond = (
             values[order] for values in (row, stencil, price, nodes, spent, beyond)
         )
@@ -117,6 +117,19 @@ def cheapest_way_steps(
         stencils.append(int(links[row]))
         row = int(rows[row])
     return row, stencils[::-1], least
+
+
+def _undominated(place: np.ndarray, price: np.ndarray, spent: np.ndarray) -> np.ndarray:
+    """Return those of (n,) ways to whose place no other is as cheap and has spent as little; of equals, the first.
+
+    >>> _undominated(np.array([7, 7, 7, 3]), np.array([20, 10, 30, 40]), np.array([1, 2, 2, 5])).tolist()
+    [3, 1, 0]
+    """
+    order = np.lexsort((spent, price, place))
+    _, group = np.unique(place[order], return_inverse=True)
+    # Each place has a range of its own, below that of the one before.
+    least = np.minimum.accumulate(spent[order] - group * (spent.max(initial=0) + 1))
+    return order[np.flatnonzero(np.diff(least, prepend=np.iinfo(np.int64).max) < 0)]
 
 
 @dataclass(frozen=True)

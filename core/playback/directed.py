@@ -1,4 +1,4 @@
-"""Directed walks: the quickest way through some goals, exactly."""
+"""Directed walks through some goals: the quickest way, exactly, or a smoother one."""
 
 import math
 from collections.abc import Generator, Sequence
@@ -12,19 +12,26 @@ from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..evaluation.wavefront import NEVER
 from ..progress import Progress, portion
-from .prices import link_edits
+from .cheapest import cheapest_way_steps
+from .prices import LinkPrices, PriceSettings, link_edits
 from .time_to_go import TimeToGo, rows_of, time_to_go_steps
 from .walk import NOT_A_START, Trail, Walk, refuse_empty
 
+#: Weight of a second for the smoothest ways: nobody walks about for nothing.
+LEAST_TIME = 0.05
+
 
 def walk_through_steps(
-    embedding: Embedding, start: Node | NodeSet, goals: Sequence[NodeSet], limit: float | None = None
+    embedding: Embedding,
+    start: Node | NodeSet,
+    goals: Sequence[NodeSet],
+    limit: float | None = None,
+    smoothness: float = 0.0,
 ) -> Generator[Progress, None, Walk]:
-    """Find the quickest walk that stands at a node of each goal, one goal after the other.
+    """Find a walk that stands at a node of each goal, one goal after the other: the quickest one, or a smoother one.
 
-    The least time of the whole, not of each leg: where and how a goal is passed depends on all that follow. One node
-    may pass several goals that follow one another. Among walks that take the same time, the root is edited least
-    (:func:`.prices.link_edits`, summed over the walk).
+    The least time, or price, of the whole, not of each leg: where and how a goal is passed depends on all that follow.
+    One node may pass several goals that follow one another.
 
     Parameters
     ----------
@@ -33,6 +40,8 @@ def walk_through_steps(
         Sets of ``embedding.network``; what of them is not in the embedding does not count.
     limit : float, optional
         Seconds that the walk may last at most.
+    smoothness : float
+        0 to 1: see :func:`trail_steps`.
 
     Raises
     ------
@@ -45,10 +54,63 @@ def walk_through_steps(
     reader = LinkReader(embedding)
     starts = start_nodes(reader, start)
     time_to_go = yield from portion(time_to_go_steps(embedding, goals, last_frame(embedding, limit)), 0.0, 0.8)
-    trail = yield from portion(quickest_trail_steps(reader, time_to_go, starts, limit), 0.8, 1.0)
+    trail = yield from portion(trail_steps(reader, time_to_go, starts, limit, smoothness), 0.8, 1.0)
     if not trail.stencils:
         raise WalkError("The character stands at the goal already; choose another goal, or another start.")
     return trail.walk()
+
+
+def trail_steps(
+    reader: LinkReader, time_to_go: TimeToGo, starts: np.ndarray, limit: float | None, smoothness: float
+) -> Generator[Progress, None, Trail]:
+    """Find the way from the best of (n, 4) ``starts``: the quickest one, or a smoother one.
+
+    ``smoothness`` s, 0 to 1, trades time for what an onlooker notices: a second of walking weighs 1 - s, all other
+    prices of links (:mod:`.prices`) s. At 0 it is the quickest way (:func:`quickest_trail_steps`); never does it take
+    more than 1 + s times as long.
+    """
+    if not 0 <= smoothness <= 1:
+        raise WalkError(f"A Smoothness of {smoothness} is no weight; give a number between 0 and 1.")
+    embedding = time_to_go.embedding
+    frames = time_to_go.frames_at(0, starts)
+    least, last = int(frames.min()), last_frame(embedding, limit)
+    if smoothness == 0 or least == 0 or least >= NEVER or (last is not None and least > last):
+        return (yield from quickest_trail_steps(reader, time_to_go, starts, limit))
+    longest = min(int(least * (1 + smoothness)), NEVER - 1 if last is None else last)
+    prices = LinkPrices(embedding, PriceSettings().times(smoothness / max(1 - smoothness, LEAST_TIME)))
+    guide, starts = _TimeGuide(time_to_go, prices), starts[frames <= longest]
+    stage = guide.passed(np.zeros(len(starts), dtype=np.int64), starts)
+    starts, stage = starts[stage < guide.n_goals], stage[stage < guide.n_goals]
+    row, way, _ = yield from cheapest_way_steps(reader, prices, guide, starts, longest, stage)
+    trail = Trail(reader, tuple(starts[row].tolist()))
+    for stencil in way:
+        trail.take(stencil)
+    return trail
+
+
+class _TimeGuide:
+    """The least frames from everywhere through some goals."""
+
+    def __init__(self, time_to_go: TimeToGo, prices: LinkPrices):
+        graph = time_to_go.embedding.graph
+        self.spends = np.array([segment.n_frames - 1 for segment in graph.segments])
+        self.unit_price = round(prices.usual)
+        self.n_goals = time_to_go.n_goals
+        self._time_to_go = time_to_go
+
+    def passed(self, stage: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        # Whatever can follow before a goal is passed, can follow after it, too.
+        stage = stage.copy()
+        for goal in range(self.n_goals):
+            here = np.flatnonzero(stage == goal)
+            stage[here[self._time_to_go.passes(goal, nodes[here])]] += 1
+        return stage
+
+    def left(self, stage: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        left = np.zeros(len(nodes), dtype=np.int64)
+        for goal in np.unique(stage).tolist():
+            left[stage == goal] = self._time_to_go.frames_at(goal, nodes[stage == goal])
+        return left
 
 
 def start_nodes(reader: LinkReader, start: Node | NodeSet) -> np.ndarray:

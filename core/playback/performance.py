@@ -12,7 +12,7 @@ from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..motion.graph import MotionGraph
 from ..progress import Progress, portion
-from .directed import last_frame, quickest_trail_steps, start_nodes
+from .directed import last_frame, start_nodes, trail_steps
 from .prices import link_edits
 from .reservation import StencilPaths
 from .time_to_go import time_to_go_steps
@@ -67,6 +67,7 @@ def perform_steps(
     radius: float,
     tag: str | None = None,
     limit: float | None = None,
+    smoothness: float = 0.0,
 ) -> Generator[Progress, None, Performance]:
     """Find the quickest walk to where an action can begin so that its middle comes to lie near a place; and the action.
 
@@ -83,6 +84,8 @@ def perform_steps(
         The middle of the action is that of its frames with this tag; by default of all its frames.
     limit : float, optional
         Seconds until the action begins, at most.
+    smoothness : float
+        0 to 1: of the way there, see :func:`.directed.trail_steps`.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def perform_steps(
             "it. Choose a larger Within or another place."
         )
     time_to_go = yield from portion(time_to_go_steps(embedding, [goal], last_frame(embedding, limit)), 0.1, 0.9)
-    trail = yield from portion(quickest_trail_steps(reader, time_to_go, starts, limit), 0.9, 1.0)
+    trail = yield from portion(trail_steps(reader, time_to_go, starts, limit, smoothness), 0.9, 1.0)
     first = len(trail.stencils)
     ways = [(found.action, way) for found in playable if (way := _cheapest_way(reader, found, trail.node))]
     action, (_, stencils) = min(ways, key=lambda way: way[1][0])

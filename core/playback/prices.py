@@ -5,7 +5,7 @@ what an onlooker notices: an unlike transition, an edit of the root, standing ab
 """
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,6 +55,11 @@ class PriceSettings:
     free_turn: float = float(np.radians(90))
     again: float = 0.5
 
+    def times(self, factor: float) -> "PriceSettings":
+        """Return the same, with everything but time weighing ``factor`` times as much."""
+        names = ("cost", "edit", "bend", "idle", "back", "again")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
+
     def __post_init__(self):
         weights = (self.cost, self.edit, self.bend, self.idle, self.back, self.free_turn, self.again)
         if not (np.isfinite(weights).all() and min(weights) >= 0 and self.noticeable_bend > 0):
@@ -96,6 +101,14 @@ class LinkPrices:
             settings.cost * graph.link_costs + settings.back * both + settings.again * (first == second)
         )
         self._keys = first * len(segments) + second
+
+    @property
+    def usual(self) -> float:
+        """Milliseconds that a link costs for each frame, as a rule."""
+        graph, stencils = self.embedding.graph, self.embedding.unrolling.stencils
+        frames = np.array([segment.n_frames - 1 for segment in graph.segments])[stencils.segment]
+        playing = self.of_segment[stencils.segment] + self.of_stencil
+        return float(np.median(playing / frames) + np.median(self.of_link) / np.median(frames))
 
     def with_segments(self, of_segment: np.ndarray) -> "LinkPrices":
         """Return the same prices, but others for playing each segment."""

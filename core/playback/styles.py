@@ -43,6 +43,8 @@ class WalkRequest:
     weighting : Weighting
     start : world x, y (m) or None for anywhere
     goals : (name, place) of every place to go to, in their order
+    smoothness : float
+        0 to 1, of directed walks: 0 for the quickest way, see :func:`.directed.trail_steps`.
     nearness : float
         Metres from a goal's place to the root that is there.
     heading : float or None
@@ -64,6 +66,7 @@ class WalkRequest:
     weighting: Weighting = uniform
     start: Place | None = None
     goals: tuple[tuple[str, Place], ...] = ()
+    smoothness: float = 0.5
     nearness: float = 0.0
     heading: float | None = None
     heading_tolerance: float = 0.0
@@ -83,7 +86,8 @@ class WalkStyle:
         For people.
     settings : tuple of str
         What it heeds beside the seed, in the order in which a person is asked for it: "duration", "weighting",
-        "start", "target" or "waypoints" (the goals), "nearness", "facing", "curve", "action" (clip or tag).
+        "start", "target" or "waypoints" (the goals), "nearness", "facing", "smoothness", "curve", "action" (clip or
+        tag).
     plan : function of an embedding, a :class:`WalkRequest` and a random generator
         Generator that yields progress and returns the Walk.
     closed : bool
@@ -144,7 +148,8 @@ def _through(embedding: Embedding, request: WalkRequest, rng: np.random.Generato
             goals.append(destination(embedding, place, request.nearness, heading, request.heading_tolerance))
         except WalkError as error:
             raise WalkError(f"'{name}': {error}") from error
-    return walk_through_steps(embedding, _start_nodes(embedding, request, rng), goals)
+    start = _start_nodes(embedding, request, rng)
+    return walk_through_steps(embedding, start, goals, smoothness=request.smoothness)
 
 
 def _along(embedding: Embedding, request: WalkRequest, _: np.random.Generator):
@@ -162,7 +167,8 @@ def _perform(embedding: Embedding, request: WalkRequest, rng: np.random.Generato
     except EvaluationError as error:
         raise WalkError(str(error)) from error
     start, (_, place) = _start_nodes(embedding, request, rng), request.goals[0]
-    steps = perform_steps(embedding, start, segments, place, request.nearness, request.tag or None)
+    tag, smoothness = request.tag or None, request.smoothness
+    steps = perform_steps(embedding, start, segments, place, request.nearness, tag, smoothness=smoothness)
     return (yield from steps).walk
 
 
@@ -187,14 +193,14 @@ STYLES = {
     "RANDOM": WalkStyle("Random", "Link after link by chance", ("weighting", "start", "duration"), _random),
     "PLACE": WalkStyle(
         "To a Place",
-        "The quickest way to the 3D cursor or to an object",
-        ("target", "nearness", "facing", "start"),
+        "To the 3D cursor or to an object, quickly or smoothly",
+        ("target", "nearness", "facing", "smoothness", "start"),
         _through,
     ),
     "WAYPOINTS": WalkStyle(
         "Waypoints",
-        "The quickest way past all objects of a collection, in the order of their names",
-        ("waypoints", "nearness", "facing", "start"),
+        "Past all objects of a collection, in the order of their names, quickly or smoothly",
+        ("waypoints", "nearness", "facing", "smoothness", "start"),
         _through,
     ),
     "CURVE": WalkStyle(
@@ -209,8 +215,8 @@ STYLES = {
     ),
     "PERFORM": WalkStyle(
         "Perform",
-        "The quickest way to where a motion can be played at a place, and it",
-        ("action", "target", "nearness", "start"),
+        "To where a motion can be played at a place, quickly or smoothly, and it",
+        ("action", "target", "nearness", "smoothness", "start"),
         _perform,
     ),
 }

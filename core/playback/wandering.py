@@ -115,7 +115,8 @@ class _RingGuide:
 
     def __init__(self, embedding: Embedding, rings: list[NodeSet], prices: LinkPrices):
         self.spends = np.ones(len(embedding.graph.segments), dtype=np.int64)
-        self.unit_price = int(np.median(prices.of_segment))
+        frames = [segment.n_frames - 1 for segment in embedding.graph.segments]
+        self.unit_price = round(prices.usual * float(np.median(frames)))
         self._embedding = embedding
         self._rings = [PlaneBits(ring.planes, embedding.unrolling.layout.n_bytes) for ring in rings]
 

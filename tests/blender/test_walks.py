@@ -130,6 +130,7 @@ def test_the_quickest_way_to_an_object_facing_as_it_does(settings, facing, expec
         nearness=0.4,
         facing=facing,
         facing_tolerance=0.3,
+        smoothness=0.0,
     )
     assert np.linalg.norm(root(walk, 0) - (-1.0, -2.5)) < 0.25
     assert np.linalg.norm(root(walk, -1) - (1.5, 0.0)) <= 0.4
@@ -143,6 +144,9 @@ def test_the_quickest_way_to_an_object_facing_as_it_does(settings, facing, expec
         walk_through_steps(free.embedding, goal_at(free.embedding, place), [goal_at(free.embedding, (1.5, 0.0), 0.4)])
     )
     assert free.duration == best.duration <= walk.duration
+    smooth = walked(settings, smoothness=1.0)
+    assert best.duration <= smooth.duration <= 2 * best.duration
+    assert np.linalg.norm(root(smooth, -1) - (1.5, 0.0)) <= 0.4
 
 
 def test_waypoints_are_passed_in_the_order_of_their_numbers(settings):

@@ -1,26 +1,31 @@
 """Directed walks: exact least times, by Dijkstra over explicit links; of all quickest walks the one edited least."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.embedding.link_reader import LinkReader
+from core.environment.environment import build_environment
+from core.environment.grid import Grid
 from core.errors import WalkError
+from core.evaluation.goals import goal_at
 from core.evaluation.why_not import Reason, why_not_steps
 from core.playback.destination import destination, reason_at
 from core.playback.directed import walk_through_steps
-from core.playback.prices import HEADING_LEVER, link_edits
+from core.playback.prices import HEADING_LEVER, LinkPrices, PriceSettings, link_edits
 from core.playback.time_to_go import rows_of
+from core.playback.walk import random_node
 from core.progress import finish
 from tests.bench import problems
 
-from .explicit_walks import assert_links, some_nodes
+from .explicit_walks import assert_links, explicit_links, some_nodes
 from .motion_graphs import sample_graph
 from .reference import random_problem
 
@@ -210,3 +215,69 @@ def test_destinations_say_why_nobody_gets_there(room):
         assert reason_at(room, grid.positions(cell)) in reasons[tuple(cell)]
         with pytest.raises(WalkError, match="nearest place that can be"):
             destination(room, grid.positions(cell))
+
+
+@given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0.3, 0.5, 1.0]))
+@settings(max_examples=25, deadline=None)
+def test_a_smoother_walk_is_the_cheapest_of_the_explicit_links_within_its_time(seed, tiled, smoothness):
+    """All ways that take so much longer than the quickest one at the most, frame by frame, over single links."""
+    embedding = embed(*random_problem(seed, tiled), SETTINGS)
+    assume(embedding.n_nodes > 1)
+    rng, reader = np.random.default_rng(seed), LinkReader(embedding)
+    start, goal = (tuple(row) for row in reader.wrapped(np.array([random_node(embedding, rng) for _ in "ab"])).tolist())
+    assume(start != goal)
+    goals = [some_nodes(embedding, np.array([goal]))]
+    quickest = finish(walk_through_steps(embedding, start, goals))
+    assume(len(quickest) <= 4)
+    weight = smoothness / max(1 - smoothness, 0.05)
+    prices, longest = (
+        LinkPrices(embedding, PriceSettings().times(weight)),
+        int(quickest.node_frames[-1] * (1 + smoothness)),
+    )
+    links = cache(lambda node: explicit_links(embedding, node))
+
+    def price(node, stencil):
+        return int(prices.of(np.array([node[3]]), np.array([stencil]))[0])
+
+    reached, least = {(0, start): 0}, np.inf
+    while reached:
+        spent, node = min(reached)
+        so_far = reached.pop((spent, node))
+        for stencil, end in links(node):
+            then, total = spent + embedding.graph.segments[end[3]].n_frames - 1, so_far + price(node, stencil)
+            if end == goal and then <= longest:
+                least = min(least, total)
+            elif then < longest:
+                reached[then, end] = min(reached.get((then, end), np.inf), total)
+    walk = finish(walk_through_steps(embedding, start, goals, smoothness=smoothness))
+    assert_links(walk)
+    assert quickest.node_frames[-1] <= walk.node_frames[-1] <= longest
+    states = reader.wrapped(walk.states)
+    assert tuple(states[0]) == start and tuple(states[-1]) == goal
+    assert sum(price(tuple(a), k) for a, k in zip(states[:-1].tolist(), walk.stencils.tolist(), strict=True)) == least
+
+
+def test_smoother_walks_past_several_places_keep_within_their_time():
+    embedding = embed(sample_graph(), build_environment(Grid.over_rectangle((0, 0), (5, 5), 0.25, 12), []))
+    rng, prices, waits = np.random.default_rng(2), LinkPrices(embedding), []
+    for _ in range(6):
+        start, *places = (random_node(embedding, rng) for _ in range(4))
+        goals = [goal_at(embedding, embedding.environment.grid.positions(np.array(p[:2])), 0.3) for p in places]
+        found = [finish(walk_through_steps(embedding, start, goals, smoothness=s)) for s in (0.0, 0.5, 1.0)]
+        for walk, s in zip(found, (0.0, 0.5, 1.0), strict=True):
+            assert_links(walk)
+            assert walk.node_frames[-1] <= (1 + s) * found[0].node_frames[-1]
+            # They come by the places in their order.
+            at = 0
+            for place in places:
+                away = np.linalg.norm(
+                    embedding.environment.grid.positions(walk.states[at:, :2])
+                    - embedding.environment.grid.positions(np.array(place[:2])),
+                    axis=1,
+                )
+                at += int(np.flatnonzero(away <= 0.3 + 1e-9)[0])
+        waits.append([prices.of(walk.states[:-1, 3], walk.stencils).sum() - 1000 * walk.duration for walk in found])
+    means = np.mean(waits, axis=0)
+    assert means[1] < 0.7 * means[0] and means[2] < means[1]
+    with pytest.raises(WalkError, match="between 0 and 1"):
+        finish(walk_through_steps(embedding, start, goals, smoothness=2.0))

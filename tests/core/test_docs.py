@@ -27,9 +27,11 @@ from core.playback.cheapest import BEAM
 from core.playback.cleanup import CleanupSettings
 from core.playback.crowd import CrowdSettings
 from core.playback.curve import CurveSettings
+from core.playback.directed import LEAST_TIME
 from core.playback.loop import ATTEMPTS
 from core.playback.pace import IDLE_SPEED, SPEED_TIME, TURN_ANGLE, TURN_TIME
 from core.playback.prices import EDIT_LENGTH, HEADING_LEVER, PriceSettings
+from core.playback.styles import WalkRequest
 from core.playback.synthesis import SynthesisSettings
 from core.study.plan import read_plan
 
@@ -223,6 +225,8 @@ def test_the_method_states_the_defaults():
         f"(at least {spikes.SMOOTH_KNEE:g} rad/s² and {spikes.SMOOTH_JOINT:g} rad/s³)",
         f"by more than {spikes.LURCH:g} m/s² over {spikes.LURCH_TIME:g} s",
         f"turns of more than {np.degrees(TURN_ANGLE):g}° within {TURN_TIME:g} s",
+        f"0 to 1 (by default {WalkRequest.smoothness:g}): a second weighs",
+        f"(at least {LEAST_TIME:g}), all other prices s",
         f"no wave holds more than {BEAM} nodes",
         f"no point holds more than {CurveSettings().beam} nodes",
         f"as can be found in {ATTEMPTS} tries",
