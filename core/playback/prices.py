@@ -52,7 +52,7 @@ class PriceSettings:
     noticeable_bend: float = 0.08
     idle: float = 8.0
     back: float = 30.0
-    free_turn: float = float(np.radians(90))
+    free_turn: float = float(np.radians(80))
     again: float = 0.5
 
     def times(self, factor: float) -> "PriceSettings":

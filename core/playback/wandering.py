@@ -94,10 +94,9 @@ def _way_past(
 ) -> Generator[Progress, None, tuple[int, list[int], int]]:
     """Find the cheapest way from one of some nodes to some cells and on: its start, stencils and milliseconds."""
     embedding, rings = reader.embedding, []
-    for ring in _rings(embedding, cells):
+    for ring, before in _rings(embedding, cells):
         yield Progress(0.0, "Walking")
         rings.append(ring)
-        before = embedding.network.preimage(ring)
         if any(_holds(embedding, before, node) for node in starts):
             break
     guide, limit = _RingGuide(embedding, rings, prices), len(rings) + MORE_SEGMENTS
@@ -164,16 +163,20 @@ def _away(embedding: Embedding, floor: np.ndarray, cell: np.ndarray) -> np.ndarr
     return np.hypot(*away.T) * grid.cell_size
 
 
-def _rings(embedding: Embedding, cells: np.ndarray) -> Iterator[NodeSet]:
-    """Yield the nodes in some cells (n, 2), those that lead there by one link, by two, and so on."""
+def _rings(embedding: Embedding, cells: np.ndarray) -> Iterator[tuple[NodeSet, NodeSet]]:
+    """Yield the nodes in some cells (n, 2), those that lead there by one link at the least, by two, and so on.
+
+    Each with all nodes from which one link leads to it.
+    """
     network, layout = embedding.network, embedding.unrolling.layout
     inside = np.zeros(embedding.shape[:2], dtype=bool)
     inside[tuple(cells.T)] = True
     ring = embedding.nodes.on(layout.pack(inside))
     farther = embedding.nodes - ring
     while ring:
-        yield ring
-        ring = network.preimage(ring) & farther
+        before = network.preimage(ring)
+        yield ring, before
+        ring = before & farther
         farther = farther - ring
 
 

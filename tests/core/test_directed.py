@@ -239,7 +239,8 @@ def test_a_smoother_walk_is_the_cheapest_of_the_explicit_links_within_its_time(s
     def price(node, stencil):
         return int(prices.of(np.array([node[3]]), np.array([stencil]))[0])
 
-    reached, least = {(0, start): 0}, np.inf
+    reached: dict[tuple[int, tuple[int, ...]], float] = {(0, start): 0}
+    least = np.inf
     while reached:
         spent, node = min(reached)
         so_far = reached.pop((spent, node))
