@@ -31,6 +31,13 @@ _WEIGHTED_ROLES = (
 )
 
 
+_SAME_ANGLE, _SAME_HEIGHT = 0.02, 0.01
+"""Radians and metres, at a person's size, up to which the last pose of a loop is its first."""
+
+_STEADY = 1.5
+"""How many times the largest change from one turn between frames to the next may occur at the seam of a loop."""
+
+
 @dataclass(frozen=True)
 class CostSettings:
     """Weights of what two frames are compared by.
@@ -114,8 +121,9 @@ def joint_weights(skeleton: Skeleton, by_name: Mapping[str, float] | None = None
 def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> PoseFeatures:
     """Return what of each frame of ``clip`` enters the transition cost.
 
-    Angular velocities are local joint rotation differences per second, like all rates by central differences
-    (one-sided at the ends of the clip). ClipError for bones that the skeleton lacks.
+    Angular velocities are local joint rotation differences per second, like all rates by central differences. Those go
+    around the seam of a loop, a clip whose last pose is its first; at the ends of other clips they are one-sided, of
+    second order as well. ClipError for bones that the skeleton lacks.
     """
     settings = settings or CostSettings()
     weights = joint_weights(clip.skeleton, settings.joint_weights)
@@ -126,26 +134,64 @@ def pose_features(clip: MotionClip, settings: CostSettings | None = None) -> Pos
     rotations = quat.normalized(np.concatenate([tilt[:, None], clip.rotations[:, joints]], axis=1))
     weights = np.concatenate([weights[:1], weights[joints]])
 
-    before = np.maximum(np.arange(n_frames) - 1, 0)
-    after = np.minimum(np.arange(n_frames) + 1, n_frames - 1)
-    turned = quat.multiply(quat.inverse(rotations[before]), rotations[after])
-    seconds = (after - before)[:, None, None] / rate
-    angular = quat.to_rotvec(turned) / seconds
-    angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
-
     # Seen at a person's size.
     size = relative_size(clip.skeleton)
-    velocity = np.gradient(clip.translations[:, 0] / size, axis=0) * rate
     height = _body_height(clip) / size
+
+    between = quat.to_rotvec(quat.multiply(quat.inverse(rotations[:-1]), rotations[1:]))
+    is_loop = _is_loop(rotations[:, weights > 0], height, between[:, weights > 0])
+    angular = quat.to_rotvec(quat.multiply(quat.inverse(rotations[:-2]), rotations[2:])) / 2
+    if is_loop:
+        around = quat.to_rotvec(quat.multiply(quat.inverse(rotations[-2]), rotations[1])) / 2
+        ends = around, around
+    else:
+        ends = _end_rates(between)
+    angular = np.concatenate([ends[:1], angular, ends[1:]]) * rate
+    angular *= np.sqrt(settings.velocity_weight * weights)[:, None]
+
     cos, sin = np.cos(heading), np.sin(heading)
-    root = [
-        settings.height_weight * height,
-        settings.travel_weight * (cos * velocity[:, 0] + sin * velocity[:, 1]),
-        settings.travel_weight * (cos * velocity[:, 1] - sin * velocity[:, 0]),
-        settings.travel_weight * np.gradient(height) * rate,
-        settings.turn_weight * np.gradient(heading) * rate,
-    ]
-    return PoseFeatures(rotations, weights, np.column_stack([angular.reshape(n_frames, -1), *root]))
+    velocity = _rates(clip.translations[:, 0, :2] / size) * rate
+    root = np.column_stack(
+        [
+            settings.travel_weight * (cos * velocity[:, 0] + sin * velocity[:, 1]),
+            settings.travel_weight * (cos * velocity[:, 1] - sin * velocity[:, 0]),
+            settings.travel_weight * _rates(height) * rate,
+            settings.turn_weight * _rates(heading) * rate,
+        ]
+    )
+    if is_loop:
+        root[[0, -1]] = root[[0, -1]].mean(axis=0)
+    return PoseFeatures(
+        rotations,
+        weights,
+        np.column_stack([angular.reshape(n_frames, -1), settings.height_weight * height, root]),
+    )
+
+
+def _is_loop(rotations: np.ndarray, height: np.ndarray, between: np.ndarray) -> bool:
+    """Return True if the last of (F, K, 4) rotations and (F,) heights (m) are the first ones again, and the motion goes
+    on there: from the last of the (F - 1, K, 3) turns ``between`` frames to the first one not much more changes than
+    between others.
+    """
+    if len(rotations) < 4:
+        return False
+    turned = quat.to_rotvec(quat.multiply(quat.inverse(rotations[0]), rotations[-1]))
+    if np.linalg.norm(turned, axis=-1).max(initial=0.0) > _SAME_ANGLE or abs(height[-1] - height[0]) > _SAME_HEIGHT:
+        return False
+    changes = np.linalg.norm(np.diff(between, axis=0), axis=(1, 2))
+    return bool(np.linalg.norm(between[0] - between[-1]) <= _STEADY * changes.max() + _SAME_ANGLE)
+
+
+def _end_rates(between: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rates at the first and the last frame, by differences of second order, from those ``between`` frames,
+    (F - 1, ...); of first order where there are but two frames."""
+    inner = min(1, len(between) - 1)
+    return 1.5 * between[0] - 0.5 * between[inner], 1.5 * between[-1] - 0.5 * between[-1 - inner]
+
+
+def _rates(values: np.ndarray) -> np.ndarray:
+    """Return the rate for each frame of (F, ...) values, by differences of second order."""
+    return np.gradient(values, axis=0, edge_order=2 if len(values) > 2 else 1)
 
 
 def _body_height(clip: MotionClip) -> np.ndarray:

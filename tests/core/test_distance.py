@@ -59,12 +59,11 @@ def random_clip(rng, n_frames=30, rate=30.0, scale=1.0):
 
 
 def rate_of_change(values, difference, rate):
-    """Central differences, one-sided at the ends."""
-    last = len(values) - 1
-    return [
-        difference(values[max(i - 1, 0)], values[min(i + 1, last)]) * rate / (min(i + 1, last) - max(i - 1, 0))
-        for i in range(len(values))
-    ]
+    """Central differences, one-sided ones of second order at the ends."""
+    inner = [difference(values[i - 1], values[i + 1]) * rate / 2 for i in range(1, len(values) - 1)]
+    first, second = difference(values[0], values[1]) * rate, difference(values[1], values[2]) * rate
+    last, before = difference(values[-2], values[-1]) * rate, difference(values[-3], values[-2]) * rate
+    return [1.5 * first - 0.5 * second, *inner, 1.5 * last - 0.5 * before]
 
 
 def textbook_costs(clip_a, clip_b, weights):
@@ -345,3 +344,39 @@ def test_unknown_bones_and_negative_weights_are_refused():
         joint_weights(skeleton(), {"Tail": 1.0})
     with pytest.raises(ClipError, match="'Spine' is -1"):
         joint_weights(skeleton(), {"Spine": -1.0})
+
+
+def spinning(n_frames, turns=1.0, swing=0.0):
+    """A clip in which every joint goes around evenly, or to and fro by ``swing`` radians, so many times."""
+    at = np.linspace(0, 2 * np.pi * turns, n_frames)
+    angles = at if swing == 0.0 else swing * np.sin(at)
+    rotations = np.zeros((n_frames, len(NAMES), 4))
+    rotations[..., 0] = 1.0
+    moving = Rotation.from_euler("X", angles[:, None]).as_quat(scalar_first=True)
+    rotations[:, 1:] = moving[:, None]
+    return MotionClip("spinning", skeleton(), 30.0, rotations, np.zeros((n_frames, len(NAMES), 3)))
+
+
+@pytest.mark.parametrize("swing", [0.0, 0.8])
+def test_the_seam_of_a_loop_costs_nothing(swing):
+    """The pose is the same and so is the velocity, although the clip ends there."""
+    clip = spinning(13, swing=swing)
+    costs = transition_costs(pose_features(clip), pose_features(clip))
+    assert costs[-1, 0] == pytest.approx(0.0, abs=1e-5) and costs[0, -1] == pytest.approx(0.0, abs=1e-5)
+    # Central differences around the seam, as in the middle of the same motion twice over.
+    twice = spinning(25, turns=2.0, swing=swing)
+    middle = transition_costs(pose_features(clip), pose_features(twice))
+    assert middle[0, 12] == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_pose_that_is_passed_the_other_way_is_no_seam():
+    """To and fro: half a swing ends where it began, and moves the other way there."""
+    clip = spinning(13, turns=0.5, swing=0.8)
+    assert transition_costs(pose_features(clip), pose_features(clip))[-1, 0] > 1.0
+
+
+def test_rates_at_the_ends_are_as_exact_as_elsewhere():
+    whole = spinning(61, swing=0.8)
+    part = whole.taken(slice(20, 41))
+    costs = transition_costs(pose_features(whole), pose_features(part))
+    assert costs[20, 0] < 0.02 and costs[40, 20] < 0.02

@@ -149,7 +149,7 @@ def test_every_second_is_kept_or_accounted_for(graph_and_settings):
 
 @pytest.mark.parametrize(
     ("max_cost", "min_segment_duration", "segments", "links"),
-    [(0.12, 0.67, 33, 203), (0.3, 0.67, 59, 1050), (0.1, 0.5, 55, 277)],
+    [(0.12, 0.67, 33, 203), (0.3, 0.67, 59, 1040), (0.1, 0.5, 55, 277)],
 )
 def test_recorded_clips_make_a_rich_graph(data_folder, max_cost, min_segment_duration, segments, links):
     settings = MotionGraphSettings(max_cost=max_cost, min_segment_duration=min_segment_duration)
