@@ -53,7 +53,7 @@ class PriceSettings:
     idle: float = 8.0
     back: float = 30.0
     free_turn: float = float(np.radians(80))
-    again: float = 0.5
+    again: float = 2.0
 
     def times(self, factor: float) -> "PriceSettings":
         """Return the same, with everything but time weighing ``factor`` times as much."""
