@@ -8,6 +8,7 @@ properties: saved and undone with the scene. Graphs, embeddings and walks are no
 import bpy
 
 from . import (
+    character,
     clips,
     embedding,
     environment,
@@ -38,6 +39,7 @@ CLASSES = (
     *evaluation.CLASSES,
     *tuning.CLASSES,
     *queries.CLASSES,
+    *character.CLASSES,
     *scene.CLASSES,
 )
 

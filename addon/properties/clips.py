@@ -5,6 +5,7 @@ import bpy
 from ...core.errors import ClipError
 from ...core.motion.contacts import ContactSettings
 from .definitions import BoolProperty, FloatProperty, PointerProperty, StringProperty
+from .graph_names import bone_names
 
 _CONTACTS = ContactSettings()
 
@@ -29,13 +30,15 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
 
     left_foot: StringProperty(
         name="Left Foot",
-        description="Bone of the left foot, at the ankle; its toes go with it. Guessed from the names of the bones "
-        "where no foot is chosen",
+        description="Bone of the left foot, at the ankle; its toes go with it. Found from the shape of the rig and "
+        "the names of its bones where no foot is chosen",
+        search=bone_names,
     )
     right_foot: StringProperty(
         name="Right Foot",
-        description="Bone of the right foot, at the ankle; its toes go with it. Guessed from the names of the bones "
-        "where no foot is chosen",
+        description="Bone of the right foot, at the ankle; its toes go with it. Found from the shape of the rig and "
+        "the names of its bones where no foot is chosen",
+        search=bone_names,
     )
     height: FloatProperty(
         name="Planted Below",
@@ -86,11 +89,12 @@ class WayfarerContactSettings(bpy.types.PropertyGroup):
         chosen = []
         for side, name in (("left", self.left_foot), ("right", self.right_foot)):
             if not name:
-                raise ClipError(f"No bone is chosen for the {side} foot; choose both feet or none in Contacts.")
+                raise ClipError(f"No bone is chosen for the {side} foot; choose both feet or none under Understood.")
             bone = armature_object.data.bones.get(name)
             if bone is None:
                 raise ClipError(
-                    f"'{armature_object.name}' has no bone '{name}' for the {side} foot; choose another in Contacts."
+                    f"'{armature_object.name}' has no bone '{name}' for the {side} foot; choose another one "
+                    "under Understood."
                 )
             # A foot that branches has fingers, not toes.
             toes = tuple(child.name for child in bone.children) if len(bone.children) == 1 else ()

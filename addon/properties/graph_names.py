@@ -24,6 +24,11 @@ def tag_names(settings, context, typed: str) -> list[str]:
     return matching(sorted({tag for s in graph.segments for tag in s.tags}) if graph is not None else (), typed)
 
 
+def bone_names(settings, context, typed: str) -> list[str]:
+    character = settings.id_data.wayfarer.character
+    return matching((bone.name for bone in character.data.bones), typed) if character else []
+
+
 def matching(names, typed: str) -> list[str]:
     """Those of the names in which what was typed occurs."""
     return [name for name in names if typed.lower() in name.lower()]

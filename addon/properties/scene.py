@@ -6,6 +6,7 @@ import bpy
 from bpy.props import CollectionProperty
 
 from ..bridge.clip_actions import character_actions
+from .character import WayfarerCharacterSettings
 from .clips import WayfarerClip, WayfarerContactSettings
 from .definitions import BoolProperty, EnumProperty, IntProperty, PointerProperty, enum_items
 from .embedding import WayfarerEmbeddingSettings
@@ -101,6 +102,7 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
         default=False,
         update=_on_others,
     )
+    body: PointerProperty(type=WayfarerCharacterSettings)
     contacts: PointerProperty(type=WayfarerContactSettings)
     graph: PointerProperty(type=WayfarerGraphSettings)
     environment: PointerProperty(type=WayfarerEnvironmentSettings)
@@ -137,6 +139,7 @@ class WayfarerSceneSettings(bpy.types.PropertyGroup):
             clip.use = action not in unused
             clip.weight = weights.get(action, clip.weight)
         self.active_clip = min(self.active_clip, max(len(self.clips) - 1, 0))
+        self.body.look()
         return sum(action not in weights for action in actions)
 
     def used_actions(self) -> list[bpy.types.Action]:

@@ -51,6 +51,31 @@ class _ClipsPart(Sidebar):
         return context.scene.wayfarer.character is not None
 
 
+class WAYFARER_PT_understood(_ClipsPart, bpy.types.Panel):
+    bl_label = "Understood"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, scene = split_properties(self.layout), context.scene
+        settings, body = scene.wayfarer, scene.wayfarer.body
+        if body.problem:
+            draw_sentences(context, layout, [body.problem])
+            return
+        column = layout.column()
+        column.prop(body, "root", icon="BONE_DATA", placeholder=f"{body.found_root} (found)")
+        for name, found in (("left_foot", body.found_left), ("right_foot", body.found_right)):
+            shown = f"{found} (found)" if found else "none found"
+            column.prop(settings.contacts, name, icon="BONE_DATA", placeholder=shown)
+        column.prop(body, "facing")
+        draw_numbers(layout, (("Faces", body.facing_words()), ("Height of Joints", scene_length(scene, body.height))))
+        used = [clip.action for clip in settings.clips if clip.use and clip.action]
+        known = [(action, health_of(scene, action)) for action in used]
+        other = [action.name for action, health in known if health and health.doubts_character]
+        if other:
+            draw_sentences(context, layout, [f"'{other[0]}' shows it otherwise: see Health"])
+        layout.operator("wayfarer.refresh_clips", text="Look Again", icon="FILE_REFRESH")
+
+
 class WAYFARER_PT_clip(_ClipsPart, bpy.types.Panel):
     bl_label = "Clip"
     bl_options = {"DEFAULT_CLOSED"}
@@ -128,11 +153,6 @@ class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):
     def draw(self, context):
         layout, scene = split_properties(self.layout), context.scene
         settings = scene.wayfarer.contacts
-        bones = scene.wayfarer.character.data if scene.wayfarer.character else None
-        if bones is not None:
-            column = layout.column()
-            column.prop_search(settings, "left_foot", bones, "bones", icon="BONE_DATA")
-            column.prop_search(settings, "right_foot", bones, "bones", icon="BONE_DATA")
         column = layout.column(align=True)
         column.prop(settings, "height")
         column.prop(settings, "speed")
@@ -156,4 +176,4 @@ class WAYFARER_PT_contacts(_ClipsPart, bpy.types.Panel):
         )
 
 
-PANELS = (WAYFARER_PT_clips, WAYFARER_PT_clip, WAYFARER_PT_health, WAYFARER_PT_contacts)
+PANELS = (WAYFARER_PT_clips, WAYFARER_PT_understood, WAYFARER_PT_clip, WAYFARER_PT_health, WAYFARER_PT_contacts)

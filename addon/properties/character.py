@@ -1,0 +1,132 @@
+"""What was understood of the character, and what was chosen instead."""
+
+from math import atan2, pi
+
+import bpy
+from mathutils import Vector
+
+from ...core.errors import ClipError
+from ...core.motion.contacts import foot_joints
+from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, bind_rig
+from .definitions import EnumProperty, FloatProperty, StringProperty
+from .graph_names import bone_names
+
+_DIRECTIONS = {"X": (1, 0, 0), "NEGATIVE_X": (-1, 0, 0), "Y": (0, 1, 0), "NEGATIVE_Y": (0, -1, 0)}
+_GUESSED, _OTHER = 0, len(_DIRECTIONS) + 1
+_ALIGNED = 0.999
+"""Cosine of the angle to an axis from which a direction is that axis."""
+
+
+def _root(settings) -> str:
+    character = settings.id_data.wayfarer.character
+    value = character.get(ROOT_PROPERTY, "") if character else ""
+    return value if isinstance(value, str) else ""
+
+
+def _set_root(settings, name: str) -> None:
+    _choose(settings, ROOT_PROPERTY, name)
+
+
+def _facing(settings) -> int:
+    character = settings.id_data.wayfarer.character
+    value = character.get(FORWARD_PROPERTY) if character else None
+    if value is None:
+        return _GUESSED
+    # What is no direction is refused, with a sentence, where it is used.
+    if not hasattr(value, "__len__") or len(value) != 3 or not all(isinstance(part, int | float) for part in value):
+        return _OTHER
+    world = (character.matrix_world.to_3x3() @ Vector(value)).normalized()
+    cosines = [world.dot(axis) for axis in _DIRECTIONS.values()]
+    return 1 + cosines.index(max(cosines)) if max(cosines) > _ALIGNED else _OTHER
+
+
+def _set_facing(settings, number: int) -> None:
+    if number == _OTHER:
+        return
+    character, value = settings.id_data.wayfarer.character, ()
+    if number != _GUESSED and character is not None:
+        axis = Vector(list(_DIRECTIONS.values())[number - 1])
+        value = tuple(character.matrix_world.to_3x3().inverted_safe() @ axis)
+    _choose(settings, FORWARD_PROPERTY, value)
+
+
+def _choose(settings, name: str, value) -> None:
+    """Keep a choice with the character; an empty one leaves it to be guessed."""
+    character = settings.id_data.wayfarer.character
+    if character is None:
+        return
+    if value:
+        character[name] = value
+    elif name in character:
+        del character[name]
+    settings.look()
+
+
+class WayfarerCharacterSettings(bpy.types.PropertyGroup):
+    """The body's root and facing, as chosen; what is guessed where nothing is chosen, as of the last look."""
+
+    root: StringProperty(
+        name="Root",
+        description="The bone that carries the body. Found from the shape of the rig and the names of its bones where "
+        "none is chosen",
+        search=bone_names,
+        get=_root,
+        set=_set_root,
+    )
+    facing: EnumProperty(
+        items=[
+            ("GUESSED", "Found", "The direction in which the feet of the rest pose point, or its left and right say"),
+            ("X", "X", "The rest pose faces along the world's X axis"),
+            ("NEGATIVE_X", "-X", "The rest pose faces against the world's X axis"),
+            ("Y", "Y", "The rest pose faces along the world's Y axis"),
+            ("NEGATIVE_Y", "-Y", "The rest pose faces against the world's Y axis"),
+            ("OTHER", "Between", "The rest pose faces between the world's axes, as a remedy has set it"),
+        ],
+        name="Facing",
+        description="Which way the character faces in its rest pose",
+        get=_facing,
+        set=_set_facing,
+    )
+    found_root: StringProperty(name="Root", description="The bone that carries the body")
+    found_left: StringProperty(name="Left Foot", description="The bone of the left foot, at the ankle")
+    found_right: StringProperty(name="Right Foot", description="The bone of the right foot, at the ankle")
+    found_facing: FloatProperty(
+        name="Facing",
+        description="Which way the rest pose faces, from world X to world Y",
+        subtype="ANGLE",
+    )
+    height: FloatProperty(
+        name="Height", description="From the lowest joint of the rest pose to the highest", subtype="DISTANCE"
+    )
+    problem: StringProperty(name="Problem", description="Why nothing is understood of the character")
+
+    def look(self) -> None:
+        """Look at the character again."""
+        for name in ("found_root", "found_left", "found_right", "found_facing", "height", "problem"):
+            self.property_unset(name)
+        character = self.id_data.wayfarer.character
+        if character is None:
+            return
+        try:
+            skeleton = bind_rig(character).skeleton
+        except ClipError as error:
+            self.problem = str(error)
+            return
+        self.found_root, self.height = skeleton.names[0], skeleton.stature
+        self.found_facing = atan2(*skeleton.rest_forward[1::-1])
+        try:
+            left, right = foot_joints(skeleton)
+        except ClipError:
+            # Asked for where feet are needed.
+            return
+        self.found_left, self.found_right = skeleton.names[left[0]], skeleton.names[right[0]]
+
+    def facing_words(self) -> str:
+        """Return which way the character faces, for people: an axis, or an angle from X to Y."""
+        names = ("X", "Y", "-X", "-Y")
+        quarter = self.found_facing / (pi / 2)
+        nearest = round(quarter)
+        return names[nearest % 4] if abs(quarter - nearest) < 0.05 else f"{self.found_facing * 180 / pi:.0f}° from X"
+
+
+CLASSES = (WayfarerCharacterSettings,)
