@@ -17,8 +17,12 @@ _ALIGNED = 0.999
 """Cosine of the angle to an axis from which a direction is that axis."""
 
 
+def _character(settings):
+    return settings.id_data.wayfarer.character
+
+
 def _root(settings) -> str:
-    character = settings.id_data.wayfarer.character
+    character = _character(settings)
     value = character.get(ROOT_PROPERTY, "") if character else ""
     return value if isinstance(value, str) else ""
 
@@ -28,7 +32,7 @@ def _set_root(settings, name: str) -> None:
 
 
 def _facing(settings) -> int:
-    character = settings.id_data.wayfarer.character
+    character = _character(settings)
     value = character.get(FORWARD_PROPERTY) if character else None
     if value is None:
         return _GUESSED
@@ -43,7 +47,7 @@ def _facing(settings) -> int:
 def _set_facing(settings, number: int) -> None:
     if number == _OTHER:
         return
-    character, value = settings.id_data.wayfarer.character, ()
+    character, value = _character(settings), ()
     if number != _GUESSED and character is not None:
         axis = Vector(list(_DIRECTIONS.values())[number - 1])
         value = tuple(character.matrix_world.to_3x3().inverted_safe() @ axis)
@@ -52,7 +56,7 @@ def _set_facing(settings, number: int) -> None:
 
 def _choose(settings, name: str, value) -> None:
     """Keep a choice with the character; an empty one leaves it to be guessed."""
-    character = settings.id_data.wayfarer.character
+    character = _character(settings)
     if character is None:
         return
     if value:
@@ -104,7 +108,7 @@ class WayfarerCharacterSettings(bpy.types.PropertyGroup):
         """Look at the character again."""
         for name in ("found_root", "found_left", "found_right", "found_facing", "height", "problem"):
             self.property_unset(name)
-        character = self.id_data.wayfarer.character
+        character = _character(self)
         if character is None:
             return
         try:
