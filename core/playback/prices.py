@@ -14,6 +14,7 @@ from ..embedding.footprint import path_length
 from ..errors import WalkError
 from ..motion.body_size import relative_size
 from .pace import TURN_TIME, idle_frames
+from .spikes import graph_roughness, segment_spikes
 
 #: Metres by which an edit of the heading by one radian counts, beside an edit of the place.
 HEADING_LEVER = 0.5
@@ -44,6 +45,8 @@ class PriceSettings:
         Radians.
     again : float
         For a segment that has just been played.
+    rough : float
+        For each spike of the clip itself, see :func:`.spikes.segment_spikes`.
     """
 
     cost: float = 10.0
@@ -54,14 +57,15 @@ class PriceSettings:
     back: float = 30.0
     free_turn: float = float(np.radians(80))
     again: float = 2.0
+    rough: float = 2.0
 
     def times(self, factor: float) -> "PriceSettings":
         """Return the same, with everything but time weighing ``factor`` times as much."""
-        names = ("cost", "edit", "bend", "idle", "back", "again")
+        names = ("cost", "edit", "bend", "idle", "back", "again", "rough")
         return replace(self, **{name: factor * getattr(self, name) for name in names})
 
     def __post_init__(self):
-        weights = (self.cost, self.edit, self.bend, self.idle, self.back, self.free_turn, self.again)
+        weights = (self.cost, self.edit, self.bend, self.idle, self.back, self.free_turn, self.again, self.rough)
         if not (np.isfinite(weights).all() and min(weights) >= 0 and self.noticeable_bend > 0):
             raise WalkError("The prices of links must be zero or more seconds.")
 
@@ -92,7 +96,9 @@ class LinkPrices:
         length = np.array([path_length(segment) for segment in segments]) / size
         first, second = graph.links.T
         self.embedding = embedding
-        self.of_segment = _ticks(duration + settings.idle * idle + settings.back * _beyond(turn, duration, settings))
+        spikes = segment_spikes(graph, graph_roughness(graph)) if graph.clips else np.zeros(len(segments))
+        turned = settings.back * _beyond(turn, duration, settings)
+        self.of_segment = _ticks(duration + settings.idle * idle + turned + settings.rough * spikes)
         moved = np.linalg.norm(stencils.position_error, axis=1) / size
         share = moved / np.maximum(length[stencils.segment], EDIT_LENGTH) / settings.noticeable_bend
         self.of_stencil = _ticks(settings.edit * link_edits(embedding) / size + settings.bend * share**2)

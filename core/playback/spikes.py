@@ -74,6 +74,16 @@ def graph_roughness(graph: MotionGraph, contacts: ContactSettings | None = None)
     return GraphRoughness(legs, limit, limits, tuple(k / limit for k in knees), tuple(j / limits for j in joints))
 
 
+def segment_spikes(graph: MotionGraph, rough: GraphRoughness) -> np.ndarray:
+    """Return (S,) how often the clips themselves are rougher than they usually are, in each segment."""
+    counts = np.zeros(len(graph.segments), dtype=int)
+    for number, segment in enumerate(graph.segments):
+        for of_clips in (rough.knees, rough.joints):
+            inside = of_clips[segment.clip][segment.first : segment.last - 1]
+            counts[number] += len(_peaks(inside, np.arange(inside.shape[1]), 0))
+    return counts
+
+
 def find_spikes(walk: Walk, clip: MotionClip, rough: GraphRoughness) -> tuple[list[Spike], list[Spike], list[Spike]]:
     """Find the spikes of the knees, of all joints, and the lurches of the motion that a walk became.
 

@@ -221,6 +221,7 @@ def test_the_method_states_the_defaults():
         f"by less than {IDLE_SPEED:g} m/s, over {SPEED_TIME:g} s | {prices.idle:g} |",
         f"beyond {np.degrees(prices.free_turn):g}° within {TURN_TIME:g} s | {prices.back:g} |",
         f"the same segment again | {prices.again:g} |",
+        f"each spike of the clip itself (section 14) | {prices.rough:g} |",
         f"more than {spikes.BEYOND:g} times the {spikes.USUAL:g}th percentile",
         f"(at least {spikes.SMOOTH_KNEE:g} rad/s² and {spikes.SMOOTH_JOINT:g} rad/s³)",
         f"by more than {spikes.LURCH:g} m/s² over {spikes.LURCH_TIME:g} s",

@@ -17,6 +17,7 @@ from core.environment.grid import Grid
 from core.errors import WalkError
 from core.playback.cheapest import cheapest_way_steps
 from core.playback.prices import LinkPrices, PriceSettings
+from core.playback.spikes import graph_roughness
 from core.playback.walk import Trail, WalkSettings, random_node, random_walk_steps
 from core.playback.wandering import _holds, _RingGuide, _rings, wandering_walk_steps
 from core.progress import finish
@@ -72,6 +73,24 @@ def test_prices_are_those_of_the_links_one_by_one(seed, tiled):
         expected = [explicit_price(embedding, node[3], k, weights) for k in stencils.tolist()]
         # What lies exactly between two numbers is rounded this way or that.
         assert np.abs(prices.of(np.full(len(stencils), node[3]), stencils) - expected).max() <= 1
+
+
+def test_spikes_of_the_clips_themselves_have_a_price():
+    """Counted one frame after the other: spikes that lie within two frames of each other are one."""
+    graph = sample_graph()
+    embedding = embed(graph, build_environment(Grid.over_rectangle((0, 0), (4, 5), 0.25, 12), []))
+    with_them, without = (LinkPrices(embedding, PriceSettings(rough=rough)).of_segment for rough in (3.0, 0.0))
+    rough, expected = graph_roughness(graph), []
+    for segment in graph.segments:
+        count = 0
+        for of_clips in (rough.knees, rough.joints):
+            last = -99
+            for frame, values in enumerate(of_clips[segment.clip][segment.first : segment.last - 1]):
+                if values.max() > 1:
+                    count += frame - last > 2
+                    last = frame
+        expected.append(3000 * count)
+    assert np.abs(with_them - without - expected).max() <= 1 and max(expected) > 0
 
 
 @given(st.integers(0, 10**6), st.booleans(), st.integers(0, 2), st.integers(0, 2))
