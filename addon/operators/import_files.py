@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from ...core.errors import ClipError
 from ...core.motion.airborne import jump_mask
 from ...core.motion.bvh.character import TO_Z_UP
+from ...core.motion.doctor.posture import posture_findings
 from ...core.progress import Progress, portion
 from ...core.wording import counted
 from ..bridge.action_curves import action_curves
@@ -18,6 +19,7 @@ from ..bridge.libraries import forget_file
 from ..bridge.owned import CHARACTER, WALK_PROPERTY, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
+from .clips import doubts_in_words
 from .mixins import Browses, NeedsObjectMode, NeedsRig, reports_errors
 
 
@@ -81,12 +83,12 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             made = yield from portion(import_bvh_files_steps(paths, self.scale or None, up), 0.0, 0.8)
             uid, uids = made.armature.session_uid, {action.session_uid for action in made.actions}
             problems, remarks = made.problems, made.remarks
-            tags, unknown = yield from portion(self._jump_steps(uid, uids), 0.8, 1.0)
+            tags, unknown, doubtful = yield from portion(self._look_steps(uid, uids), 0.8, 1.0)
             complete = True
         finally:
             if not complete:
                 restore(before)
-        return before, uid, uids, problems, remarks, tags, unknown
+        return before, uid, uids, problems, remarks, tags, unknown, doubtful
 
     def apply(self, context, result):
         before, *imported = result
@@ -96,7 +98,7 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             restore(before)
             raise
 
-    def _add(self, context, uid: int, uids: set[int], problems, remarks, tags, unknown: str) -> None:
+    def _add(self, context, uid: int, uids: set[int], problems, remarks, tags, unknown: str, doubtful) -> None:
         armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
         actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
         for action_uid, (masks, first_frame) in tags.items():
@@ -118,30 +120,34 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             self.report({"WARNING"}, f"No jumps were tagged: {unknown}")
         if bodiless:
             self.report({"WARNING"}, "No body was added: the bones are too short for it to be seen")
+        for sentence in doubts_in_words(context.scene, [actions[action_uid] for action_uid in doubtful]):
+            self.report({"WARNING"}, sentence)
         jumps = f", {len(tags)} of them with jumps" if tags else ""
         self.report({"INFO"}, f"{counted(len(actions), 'clip')} imported{jumps}")
 
-    def _jump_steps(self, uid: int, uids: set[int]):
-        """Tags of the actions that hold jumps, by their session id: (masks, first frame); and, if jumps could not be
-        looked for, why.
+    def _look_steps(self, uid: int, uids: set[int]):
+        """Tags of the actions that hold jumps, by their session id: (masks, first frame); if jumps could not be looked
+        for, why; and the ids of the actions that show something to be wrong with the character.
         """
-        tag = self.jump_tag.strip()
-        if not tag:
-            return {}, ""
-        tags = {}
+        tag, tags, unknown, doubtful = self.jump_tag.strip(), {}, "", []
         for done, action_uid in enumerate(sorted(uids)):
-            yield Progress(done / len(uids), "Looking for jumps")
+            yield Progress(done / len(uids), "Looking at the motion")
             armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
             action = next(action for action in bpy.data.actions if action.session_uid == action_uid)
             clip = read_clip(armature, action)
+            if any(posture_findings(clip)):
+                doubtful.append(action_uid)
+            if not tag or unknown:
+                continue
             try:
                 mask = jump_mask(clip, self.jump_height)
             except ClipError as error:
                 # A character whose feet cannot be told is imported all the same.
-                return {}, str(error)
+                unknown = str(error)
+                continue
             if mask.any():
                 tags[action_uid] = {**clip.tags, tag: mask}, int(clip.first_frame)
-        return tags, ""
+        return tags, unknown, doubtful
 
 
 class WAYFARER_OT_append_actions(NeedsRig, bpy.types.Operator):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .joint_roles import JointRole
+from .joint_roles import LEG, JointRole
 from .skeleton import Skeleton
 
 #: Thigh and shin of a person of 1.75 m, in metres.
@@ -34,18 +34,28 @@ def body_radius(skeleton: Skeleton) -> float:
     return 0.5 * float(np.linalg.norm(left - right)) + _FLESH * _LEGS * relative_size(skeleton)
 
 
+def person_height(skeleton: Skeleton) -> float:
+    """Return the metres that a person with these legs is tall; the stature of a skeleton without recognizable legs."""
+    length = _leg_length(skeleton)
+    return skeleton.stature if length is None else 1.75 / _LEGS * length
+
+
 def relative_size(skeleton: Skeleton) -> float:
     """Return the size beside a person's: 1 for everyone of human size, 10 for a giant of 17 m.
 
     By the length of the legs in the rest pose, because stature depends on hats and weapons.
     """
-    roles, positions = skeleton.roles, skeleton.rest_world[1]
-    leg = [roles.get((role, "left"), ()) for role in (JointRole.THIGH, JointRole.SHIN, JointRole.FOOT)]
-    if all(leg):
-        hip, knee, ankle = (positions[joints[0]] for joints in leg)
-        legs = float(np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee))
-    else:
-        legs = skeleton.stature / _STATURE_TO_LEGS
+    length = _leg_length(skeleton)
+    legs = skeleton.stature / _STATURE_TO_LEGS if length is None else length
     size = legs / _LEGS
     # A rest pose shrunk to a point has no size.
     return 1.0 if _PERSONS[0] <= size <= _PERSONS[1] or size < 1e-3 else size
+
+
+def _leg_length(skeleton: Skeleton) -> float | None:
+    """Metres of the left thigh and shin at rest; None if nothing says which they are."""
+    leg = [skeleton.roles.get((role, "left"), ()) for role in LEG]
+    if not all(leg):
+        return None
+    hip, knee, ankle = (skeleton.rest_world[1][joints[0]] for joints in leg)
+    return float(np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee))

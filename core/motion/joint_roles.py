@@ -97,7 +97,8 @@ def find_limbs(
                 roles.pop((role, side), None)
             roles.update({(role, side): (joint,) for role, joint in zip((*LEG, JointRole.TOES), joints, strict=False)})
     if _has(roles, LEG) and not _has(roles, ARM):
-        arms = find_arms(parents, positions, sides, *(roles[JointRole.THIGH, side][0] for side in SIDES))
+        legs = [tuple(roles[role, side][0] for role in LEG) for side in SIDES]
+        arms = find_arms(parents, positions, sides, *legs)
         for side, joints in zip(SIDES, arms, strict=True) if arms else ():
             roles.update({(role, side): (joint,) for role, joint in zip(ARM, joints, strict=False)})
     return roles

@@ -18,6 +18,9 @@ _LEG = 0.25
 _TIP = 0.45
 """Share of a limb's length that foot or hand have at most."""
 
+_ABOVE_HIPS = 0.15
+"""Share of the legs' length that shoulders are above the hips, at least."""
+
 Limb = tuple[int, ...]
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -51,20 +54,26 @@ def find_legs(
 
 
 def find_arms(
-    parents: np.ndarray, positions: np.ndarray, sides: Sequence[str], thigh_left: int, thigh_right: int
+    parents: np.ndarray, positions: np.ndarray, sides: Sequence[str], leg_left: Limb, leg_right: Limb
 ) -> tuple[Limb, Limb] | None:
-    """Find the left and the right arm, (upper arm, lower arm, hand), of a skeleton whose thighs are known.
+    """Find the left and the right arm, (upper arm, lower arm, hand), of a skeleton whose legs are known.
 
-    Two alike chains that part above the hips, and have a hand below them. None if there are no such two.
+    Two alike chains that begin above the hips (a skirt begins at them), and have a hand below them. None if there are
+    no such two. Legs are (thigh, ..., foot).
     """
     size = float(np.ptp(positions, axis=0).max())
-    legs = {thigh_left, thigh_right}
-    across = positions[thigh_left] - positions[thigh_right]
-    leaves = [leaf for leaf in _leaves(parents) if not legs & {leaf, *ancestors(parents, leaf)}]
+    thighs = {leg_left[0], leg_right[0]}
+    across = positions[leg_left[0]] - positions[leg_right[0]]
+    hips = 0.5 * (positions[leg_left[0]] + positions[leg_right[0]])
+    up = hips - 0.5 * (positions[leg_left[-1]] + positions[leg_right[-1]])
+    leaves = [leaf for leaf in _leaves(parents) if not thighs & {leaf, *ancestors(parents, leaf)}]
     best, result = 0.1 * size, None
     for a, b in _alike_limbs(parents, positions, leaves):
         apart = abs((positions[a[0]] - positions[b[0]]) @ across)
         length = float(np.linalg.norm(positions[a[0]] - positions[a[2]]))
+        begins = min((positions[limb[0]] - hips) @ up for limb in (a, b))
+        if begins < _ABOVE_HIPS * (up @ up):
+            continue
         if length > best + 1e-3 * size and apart > 0.02 * size * np.linalg.norm(across):
             best, result = length, (a[:3], b[:3])
     return None if result is None else _left_first(positions, sides, across, *result)
@@ -102,14 +111,17 @@ def _alike_limbs(parents: np.ndarray, positions: np.ndarray, leaves: Sequence[in
     size = float(np.ptp(positions, axis=0).max())
     known: dict[tuple[int, int], Limb | None] = {}
     for pair in combinations(leaves, 2):
-        limbs = []
-        for chain in _chains(parents, *pair):
-            key = chain[0], chain[-1]
-            if key not in known:
-                known[key] = _limb(chain, positions, size)
-            limbs.append(known[key])
-        if all(limbs) and _are_alike(positions, *limbs):
-            yield limbs[0], limbs[1]
+        chains = _chains(parents, *pair)
+        n_shared = min(map(len, chains))
+        # What one hand holds makes its chain longer than the other.
+        for a, b in (chains, (chains[0][:n_shared], chains[1][:n_shared])):
+            for chain in (a, b):
+                if chain and (chain[0], chain[-1]) not in known:
+                    known[chain[0], chain[-1]] = _limb(chain, positions, size)
+            limbs = [known[chain[0], chain[-1]] if chain else None for chain in (a, b)]
+            if limbs[0] and limbs[1] and _are_alike(positions, limbs[0], limbs[1]):
+                yield limbs[0], limbs[1]
+                break
 
 
 def _leaves(parents: np.ndarray) -> list[int]:

@@ -489,13 +489,13 @@ def test_what_was_selected_is_so_after_an_import_that_fails(tmp_path):
 
 @pytest.mark.parametrize("late", [False, True], ids=["cancelled", "character deleted"])
 def test_an_import_that_stops_after_its_files(tmp_path, late):
-    """While jumps are looked for, or when the scene is changed: nothing stays behind, and the selection comes back."""
+    """While it looks at the motion, or when the scene is changed: nothing stays, and the selection comes back."""
     cube, operator = selected_cube(), bpy.types.WAYFARER_OT_import_bvh
 
     class Import:
         directory, files, scale, up_axis = str(tmp_path), (), 0.0, "AUTO"
         jump_tag, jump_height, use_body = "step", 0.25, True
-        steps, apply, _jump_steps, _add = operator.steps, operator.apply, operator._jump_steps, operator._add
+        steps, apply, _look_steps, _add = operator.steps, operator.apply, operator._look_steps, operator._add
 
     for name in ("a", "b"):
         (tmp_path / f"{name}.bvh").write_text(bvh())
@@ -507,7 +507,7 @@ def test_an_import_that_stops_after_its_files(tmp_path, late):
         with pytest.raises(StopIteration):
             job.apply(bpy.context, result)
     else:
-        while next(work).message != "Looking for jumps":
+        while next(work).message != "Looking at the motion":
             pass
         assert len(bpy.data.actions) == 2
         work.close()

@@ -259,3 +259,35 @@ def test_feet_say_where_a_body_without_names_faces(turn):
     facing = find_facing(names, np.asarray(SAMPLE.parents), places)
     assert facing is not None
     np.testing.assert_allclose(facing, expected, atol=1e-6)
+
+
+def hung(skeleton, bones):
+    """The skeleton with more bones: (name, name of the bone that it hangs from, metres from there)."""
+    names, parents, places = list(skeleton.names), list(skeleton.parents), list(skeleton.rest_world[1])
+    for name, above, offset in bones:
+        parents.append(names.index(above))
+        places.append(places[parents[-1]] + np.array(offset))
+        names.append(name)
+    return as_skeleton(names, parents, places)
+
+
+@pytest.mark.parametrize(
+    "bones",
+    [
+        [("sword", "RightHand", (0, -0.1, 0)), ("tip", "sword", (0, -1.2, 0))],
+        [("hat", "Head", (0, 0, 0.2)), ("feather", "hat", (0, 0, 0.8))],
+        [("tail", "Hips", (0, 0.15, 0)), ("tail2", "tail", (0, 0.2, -0.2)), ("tail3", "tail2", (0, 0.2, -0.3))],
+        [
+            (f"skirt{side}{row}", "Hips" if row == 0 else f"skirt{side}{row - 1}", (0.15 * side * (row == 0), 0, z))
+            for side in (1, -1)
+            for row, z in enumerate((-0.05, -0.28, -0.28, -0.28))
+        ],
+    ],
+    ids=["sword", "hat", "tail", "skirt"],
+)
+def test_what_a_body_without_names_holds_and_wears_is_no_limb(bones):
+    whole = hung(SAMPLE, bones)
+    nameless = {name: f"x{place}" for place, name in enumerate(whole.names)} | UNREADABLE
+    skeleton = renamed(whole, nameless)
+    assert by_role(skeleton) == by_role(SAMPLE)
+    assert foot_joints(skeleton) == foot_joints(SAMPLE)
