@@ -4,12 +4,13 @@ import contextlib
 from dataclasses import astuple
 
 import bpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import FloatProperty, IntProperty, StringProperty
 from mathutils import Matrix, Quaternion, Vector
 
 from ...core.errors import ClipError
+from ...core.motion.body_size import person_height
 from ...core.motion.contacts import foot_contacts
-from ...core.motion.doctor import ClipHealth, Remedy, RemedyKind, clip_health, clip_motions
+from ...core.motion.doctor import ClipHealth, FindingKind, Remedy, RemedyKind, clip_health, clip_motions
 from ...core.motion.in_place import with_root_motion
 from ...core.progress import Progress, portion
 from ...core.report.contact_chart import ClipContacts, contact_chart
@@ -18,7 +19,7 @@ from ...core.report.table import Table, table
 from ...core.wording import counted
 from ..bridge.action_curves import action_curves
 from ..bridge.read_actions import read_clip
-from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, placement_obstacle
+from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, bind_rig, placement_obstacle
 from ..bridge.write_action import write_clip
 from ..exports.report import open_page
 from ..jobs import LongOperator
@@ -141,6 +142,32 @@ class WAYFARER_OT_apply_remedy(NeedsCharacter, bpy.types.Operator):
         self.report({"INFO"}, done)
 
 
+class WAYFARER_OT_set_height(NeedsRig, bpy.types.Operator):
+    bl_idname = "wayfarer.set_height"
+    bl_label = "Set Height"
+    bl_description = "Scale the character's object until it is this tall by its legs; its keys stay as they are"
+    bl_options = {"REGISTER", "UNDO"}
+
+    height: FloatProperty(
+        name="Height",
+        description="How tall a person with such legs is to be",
+        subtype="DISTANCE",
+        min=0.01,
+        default=1.75,
+        options={"SKIP_SAVE"},
+    )
+
+    def invoke(self, context, event):
+        self.height = context.scene.wayfarer.body.height or self.height
+        return context.window_manager.invoke_props_dialog(self)
+
+    @reports_errors
+    def execute(self, context):
+        scene = context.scene
+        height = person_height(bind_rig(scene.wayfarer.character).skeleton)
+        _treat_character(scene, Remedy(RemedyKind.SCALE, values=(self.height / height,)))
+
+
 def _remedy(scene, action_name: str, finding: int) -> Remedy | None:
     """Return what is proposed about a finding, if it still stands."""
     listed = (clip.action for clip in scene.wayfarer.clips if clip.action is not None)
@@ -224,6 +251,25 @@ def _set_range(action, first: float, last: float) -> None:
     action.frame_start, action.frame_end = first, last
 
 
+def doubts_in_words(scene, actions) -> list[str]:
+    """Examine imported actions and put what they show about the character in sentences, one for each kind.
+
+    What was found stays in the panel, each with its remedy. ClipError if an action cannot be read.
+    """
+    found: dict[FindingKind, list[str]] = {}
+    for action in actions:
+        _examine(scene, action)
+        health = health_of(scene, action)
+        for finding in health.findings if health else ():
+            if finding.remedy.kind.is_for_character:
+                found.setdefault(finding.kind, []).append(finding.sentence)
+    others = {kind: counted(len(sentences) - 1, "other clip") for kind, sentences in found.items()}
+    return [
+        sentences[0] + (f" The same goes for {others[kind]}." if len(sentences) > 1 else "")
+        for kind, sentences in found.items()
+    ]
+
+
 def _examine(scene, action) -> None:
     """Examine anew what the remedy has changed, so that the next one counts from there."""
     health = clip_health(read_clip(scene.wayfarer.character, action), doctor_settings(scene))
@@ -288,5 +334,6 @@ CLASSES = (
     WAYFARER_OT_choose_clip,
     WAYFARER_OT_examine_clips,
     WAYFARER_OT_apply_remedy,
+    WAYFARER_OT_set_height,
     WAYFARER_OT_show_contacts,
 )

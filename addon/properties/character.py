@@ -6,6 +6,7 @@ import bpy
 from mathutils import Vector
 
 from ...core.errors import ClipError
+from ...core.motion.body_size import person_height
 from ...core.motion.contacts import foot_joints
 from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, bind_rig
 from .definitions import EnumProperty, FloatProperty, StringProperty
@@ -66,6 +67,15 @@ def _choose(settings, name: str, value) -> None:
     settings.look()
 
 
+def _axis_words(up, height: float) -> str:
+    """Name the axis that a rest pose stands along, and say if that is not upright; ``up`` is from feet to hips (m)."""
+    place = max(range(3), key=lambda axis: abs(up[axis]))
+    if abs(up[place]) < 0.2 * height:
+        return "not known: folded at rest"
+    lies = "" if place == 2 and up[2] > 0 else " (lies at rest)"
+    return f"{'-' if up[place] < 0 else ''}{'XYZ'[place]}{lies}"
+
+
 class WayfarerCharacterSettings(bpy.types.PropertyGroup):
     """The body's root and facing, as chosen; what is guessed where nothing is chosen, as of the last look."""
 
@@ -99,14 +109,15 @@ class WayfarerCharacterSettings(bpy.types.PropertyGroup):
         description="Which way the rest pose faces, from world X to world Y",
         subtype="ANGLE",
     )
+    found_up: StringProperty(name="Up", description="The axis of the world that the hips are above the feet along")
     height: FloatProperty(
-        name="Height", description="From the lowest joint of the rest pose to the highest", subtype="DISTANCE"
+        name="Height", description="How tall a person with legs of this length is", subtype="DISTANCE"
     )
     problem: StringProperty(name="Problem", description="Why nothing is understood of the character")
 
     def look(self) -> None:
         """Look at the character again."""
-        for name in ("found_root", "found_left", "found_right", "found_facing", "height", "problem"):
+        for name in ("found_root", "found_left", "found_right", "found_facing", "found_up", "height", "problem"):
             self.property_unset(name)
         character = _character(self)
         if character is None:
@@ -116,7 +127,7 @@ class WayfarerCharacterSettings(bpy.types.PropertyGroup):
         except ClipError as error:
             self.problem = str(error)
             return
-        self.found_root, self.height = skeleton.names[0], skeleton.stature
+        self.found_root, self.height = skeleton.names[0], person_height(skeleton)
         self.found_facing = atan2(*skeleton.rest_forward[1::-1])
         try:
             left, right = foot_joints(skeleton)
@@ -124,6 +135,8 @@ class WayfarerCharacterSettings(bpy.types.PropertyGroup):
             # Asked for where feet are needed.
             return
         self.found_left, self.found_right = skeleton.names[left[0]], skeleton.names[right[0]]
+        places = skeleton.rest_world[1]
+        self.found_up = _axis_words(places[skeleton.hips] - 0.5 * (places[left[0]] + places[right[0]]), self.height)
 
     def facing_words(self) -> str:
         """Return which way the character faces, for people: an axis, or an angle from X to Y."""

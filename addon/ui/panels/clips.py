@@ -67,13 +67,24 @@ class WAYFARER_PT_understood(_ClipsPart, bpy.types.Panel):
             shown = f"{found} (found)" if found else "none found"
             column.prop(settings.contacts, name, icon="BONE_DATA", placeholder=shown)
         column.prop(body, "facing")
-        draw_numbers(layout, (("Faces", body.facing_words()), ("Height of Joints", scene_length(scene, body.height))))
         used = [clip.action for clip in settings.clips if clip.use and clip.action]
-        known = [(action, health_of(scene, action)) for action in used]
-        other = [action.name for action, health in known if health and health.doubts_character]
+        known = [(action, health) for action in used if (health := health_of(scene, action)) is not None]
+        other = [action.name for action, health in known if health.doubts_character]
+        agree = of(len(known) - len(other), len(known)) + " clips agree" if known else "not examined"
+        draw_numbers(
+            layout,
+            (
+                ("Faces", body.facing_words()),
+                ("Up", body.found_up or "not known"),
+                ("Height by Its Legs", scene_length(scene, body.height)),
+                ("Motion", agree),
+            ),
+        )
         if other:
             draw_sentences(context, layout, [f"'{other[0]}' shows it otherwise: see Health"])
-        layout.operator("wayfarer.refresh_clips", text="Look Again", icon="FILE_REFRESH")
+        row = layout.row(align=True)
+        row.operator("wayfarer.set_height", icon="FULLSCREEN_ENTER")
+        row.operator("wayfarer.refresh_clips", text="Look Again", icon="FILE_REFRESH")
 
 
 class WAYFARER_PT_clip(_ClipsPart, bpy.types.Panel):
