@@ -91,11 +91,9 @@ def cheapest_way_steps(
         beyond = wave.beyond[row] + (wave.stage[row] == guide.n_goals)
         # What is spent beyond the goals does not matter.
         spent = np.where(beyond > 0, 0, wave.spent[row] + guide.spends[segment_of[stencil]])
-        order = _undominated(
-            np.ravel_multi_index((*nodes.T, wave.stage[row], beyond), (*shape, guide.n_goals + 1, look_ahead + 1)),
-            price,
-            spent,
-        )
+        sizes = (*shape, guide.n_goals + 1, look_ahead + 1)
+        place = np.asarray(np.ravel_multi_index((*nodes.T, wave.stage[row], beyond), sizes))
+        order = _undominated(place, price, spent)
         row, stencil, price, nodes, spent, beyond = (
             values[order] for values in (row, stencil, price, nodes, spent, beyond)
         )
