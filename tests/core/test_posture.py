@@ -155,3 +155,27 @@ def test_a_crawl_and_someone_who_lies_are_not_turned_upright():
     rotations = WALK.rotations.copy()
     rotations[:, 0] = quat.multiply(turn, rotations[:, 0])
     assert FindingKind.LYING not in kinds(replace(WALK, rotations=rotations))
+
+
+def on_all_fours(clip):
+    """The clip with its trunk bent forward by 90 degrees, at rest as well."""
+    skeleton, spine = clip.skeleton, clip.skeleton.index("Spine")
+    root = skeleton.rest_rotations[0]
+    bend = quat.multiply(quat.inverse(root), quat.about("x", np.pi / 2), root)
+    rotations, rests = clip.rotations.copy(), skeleton.rest_rotations.copy()
+    rotations[:, spine] = quat.multiply(bend, rotations[:, spine])
+    rests[spine] = quat.multiply(bend, rests[spine])
+    return replace(clip, skeleton=replace(skeleton, rest_rotations=rests), rotations=rotations)
+
+
+@pytest.mark.parametrize("degrees", [90, -90])
+@pytest.mark.parametrize("posture", [lambda clip: clip, on_all_fours], ids=["upright", "on all fours"])
+def test_nobody_walks_straight_up(posture, degrees):
+    """The head of an animal is ahead of its feet: read with another axis up it stands, and walks into the air."""
+    clip = moved(posture(WALK), turn=quat.about("x", np.radians(degrees)))
+    (finding,) = examine(clip)
+    assert finding.kind is FindingKind.LYING and finding.remedy.kind is RemedyKind.STAND
+    mended = moved(clip, turn=np.array(finding.remedy.values))
+    assert kinds(mended) == kinds(posture(WALK))
+    hips, feet = (mended.world[1][:, mended.skeleton.index(name), 2] for name in ("Hips", "LeftFoot"))
+    assert np.all(hips > feet)

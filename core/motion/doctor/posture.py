@@ -25,6 +25,8 @@ _UPRIGHT = 0.5
 """Cosine to the vertical down to which a body stands."""
 _AHEAD = 0.7
 """Cosine of heading and way of a walk, from which on it goes where it faces."""
+_CLIMBS = 2.0
+"""How many times as far as over the ground, and as its legs are long, nobody goes up."""
 _BELOW, _ABOVE = 0.1, 0.4
 """Metres, for a person, that feet may stand below and above the floor."""
 _FOLDED = 0.5
@@ -87,6 +89,8 @@ def _lying(body: _Body) -> Finding | None:
     spine, hips = body.spine(body.clip.world[1]), body.hips()
     along = np.median(spine / np.maximum(np.linalg.norm(spine, axis=1, keepdims=True), 1e-9), axis=0)
     way = np.ptp(hips, axis=0)
+    if way[2] > _CLIMBS * max(*way[:2], body.leg_length()):
+        return _climbing(body)
     # Who crawls goes where the head is, who lies stays: a walk goes across its own body, whatever way is up.
     walks = np.linalg.norm(way) > body.leg_length() and np.abs(along) @ way < 0.5 * np.linalg.norm(way)
     if along[2] > _UPRIGHT or not walks:
@@ -100,6 +104,21 @@ def _lying(body: _Body) -> Finding | None:
         "Turn the character upright."
     )
     return _of_the_character(body.clip, FindingKind.LYING, sentence, Remedy(RemedyKind.STAND, values=_plain(turn)))
+
+
+def _climbing(body: _Body) -> Finding:
+    """Tell of a body that goes straight up, which nobody does; its own vertical is that of its legs."""
+    feet = np.mean([body.clip.world[1][:, leg[2]] for leg in body.legs], axis=0)
+    hang = np.median(body.hips() - feet, axis=0) * [1.0, 1.0, 0.0]
+    axis = np.zeros(3)
+    axis[np.argmax(np.abs(hang))] = np.sign(hang[np.argmax(np.abs(hang))])
+    sentence = (
+        f"Clip '{body.clip.name}' goes straight up into the air; another axis points up in its source. Turn the "
+        "character upright."
+    )
+    return _of_the_character(
+        body.clip, FindingKind.LYING, sentence, Remedy(RemedyKind.STAND, values=_plain(quat.between(axis, _UP)))
+    )
 
 
 def _size(body: _Body) -> Finding | None:
