@@ -17,7 +17,7 @@ import threading
 import time
 import uuid
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -121,7 +121,16 @@ class Processes(ProcessPoolExecutor):
     """Processes on this machine, which hear of Ctrl-C from us only, and end when we do."""
 
     def submit(self, *args, **kwargs):
-        # A process is started here, and keeps ignoring what is ignored now.
+        # A process is started here, and goes on holding off what is held off now.
+        if hasattr(signal, "pthread_sigmask"):
+            # That process of Python's own lets the signal through again when it is started.
+            resource_tracker.ensure_running()
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                return super().submit(*args, **kwargs)
+            finally:
+                # What came meanwhile comes now.
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             return super().submit(*args, **kwargs)
