@@ -73,7 +73,7 @@ class Piece:
 
     @cached_property
     def farthest(self) -> float:
-        """How far from the world's origin it may reach along an axis, in metres; the shape must have triangles."""
+        """The largest world coordinate that it may reach along an axis, in metres; the shape must have triangles."""
         corners = np.stack(np.meshgrid(*self.shape.bounds.T), axis=-1).reshape(-1, 3)
         return float(np.abs(corners @ self.matrix[:3, :3].T + self.matrix[:3, 3]).max())
 
