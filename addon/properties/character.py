@@ -1,4 +1,4 @@
-"""What was understood of the character, and what was chosen instead."""
+"""The character as it was understood, and what was chosen instead."""
 
 from math import atan2, pi
 
