@@ -191,7 +191,9 @@ def test_a_motion_graph_like_the_samples(studio, name):
     graph, expected = studio.graph(name), studio.graph("sample")
     assert len(expected.links) > 100
     if name in RIGIFY:
-        assert len(graph.links) == pytest.approx(len(expected.links), rel=0.1)
+        # Poses that differ by a hair may be cut at other frames; links grow with the square of the segments.
+        assert len(graph.segments) == pytest.approx(len(expected.segments), rel=0.15)
+        assert len(graph.links) == pytest.approx(len(expected.links), rel=0.3)
     else:
         assert np.array_equal(graph.links, expected.links)
 

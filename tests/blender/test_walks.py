@@ -254,7 +254,8 @@ def test_clips_are_played_as_they_are_weighted(settings):
     operators.refresh_clips()
     assert next(c.weight for c in bpy.context.scene.wayfarer.clips if c.action.name == name) == 0.0
     walked(settings)
-    assert share(name) < usual / 2
+    # Where nothing else can follow, it is played all the same.
+    assert share(name) < 0.75 * usual
 
 
 def test_each_weighting_makes_another_walk(settings):

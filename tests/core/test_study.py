@@ -583,7 +583,11 @@ def test_whatever_ends_a_study_ends_its_workers(tmp_path, how, code):
     )
     program = ROOT / "addon" / "cli" / "cluster.py"
     command = [sys.executable, program, tmp_path / "study.toml", "--out", tmp_path / "out", "--workers", "1"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    # Whoever runs the tests in the background has Ctrl-C ignored, by what they start as well.
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heard
+    ) as process:
         until = time.monotonic() + 120
         while not (workers := children(process.pid)):
             assert process.poll() is None and time.monotonic() < until
