@@ -5,11 +5,11 @@ import numpy as np
 from .joint_roles import LEG, JointRole
 from .skeleton import Skeleton
 
-#: Thigh and shin of a person of 1.75 m, in metres.
-_LEGS = 0.845
+#: Metres that a person is tall, and those of its thigh and shin.
+PERSON_HEIGHT, PERSON_LEGS = 1.75, 0.845
 
 #: Stature beside legs, for skeletons whose names do not say where the legs are.
-_STATURE_TO_LEGS = 1.55 / _LEGS
+_STATURE_TO_LEGS = 1.55 / PERSON_LEGS
 
 #: Anyone between these is a person, and compared with others in plain metres.
 _PERSONS = (0.8, 1.25)
@@ -31,13 +31,13 @@ def body_radius(skeleton: Skeleton) -> float:
     if not all(arms) or not all(roles.get((role, "left"), ()) for role in (JointRole.THIGH, JointRole.SHIN)):
         return _HALF_WIDTH * skeleton.stature
     left, right = (positions[joints[0]] for joints in arms)
-    return 0.5 * float(np.linalg.norm(left - right)) + _FLESH * _LEGS * relative_size(skeleton)
+    return 0.5 * float(np.linalg.norm(left - right)) + _FLESH * PERSON_LEGS * relative_size(skeleton)
 
 
 def person_height(skeleton: Skeleton) -> float:
     """Return the metres that a person with these legs is tall; the stature of a skeleton without recognizable legs."""
     length = _leg_length(skeleton)
-    return skeleton.stature if length is None else 1.75 / _LEGS * length
+    return skeleton.stature if length is None else PERSON_HEIGHT / PERSON_LEGS * length
 
 
 def relative_size(skeleton: Skeleton) -> float:
@@ -47,7 +47,7 @@ def relative_size(skeleton: Skeleton) -> float:
     """
     length = _leg_length(skeleton)
     legs = skeleton.stature / _STATURE_TO_LEGS if length is None else length
-    size = legs / _LEGS
+    size = legs / PERSON_LEGS
     # A rest pose shrunk to a point has no size.
     return 1.0 if _PERSONS[0] <= size <= _PERSONS[1] or size < 1e-3 else size
 

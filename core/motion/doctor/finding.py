@@ -27,19 +27,6 @@ class FindingKind(Enum):
     OTHER_PROPORTIONS = "other proportions"
 
 
-OF_CHARACTER = frozenset(
-    (
-        FindingKind.LYING,
-        FindingKind.SIZE,
-        FindingKind.ROOT_STAYS,
-        FindingKind.FACING,
-        FindingKind.FLOOR,
-        FindingKind.ODD_REST,
-    )
-)
-"""Findings that are about the character, not about the clip that shows them."""
-
-
 class RemedyKind(Enum):
     """Ways to deal with a finding; the values are for people."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import ClipError
 from ..clip import MotionClip
 from .examination import DoctorSettings, examine
-from .finding import OF_CHARACTER, Finding, Remedy, RemedyKind
+from .finding import Finding, Remedy, RemedyKind
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class ClipHealth:
     @property
     def doubts_character(self) -> bool:
         """True if the clip shows the character otherwise than it was understood."""
-        return any(finding.kind in OF_CHARACTER for finding in self.findings)
+        return any(finding.remedy.kind.is_for_character for finding in self.findings)
 
     @property
     def is_healthy(self) -> bool:

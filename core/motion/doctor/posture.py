@@ -7,6 +7,7 @@ import numpy as np
 
 from ... import wording
 from .. import quat
+from ..body_size import PERSON_HEIGHT, PERSON_LEGS
 from ..clip import MotionClip
 from ..contacts import FLOOR_PERCENTILE
 from ..joint_roles import LEG, SIDES, JointRole
@@ -14,11 +15,8 @@ from ..kinematics import ancestors
 from ..limb_shapes import toes_direction
 from .finding import Finding, FindingKind, Remedy, RemedyKind
 
-_LEGS_TO_HEIGHT = 1.75 / 0.845
-"""A person's height beside thigh and shin."""
 _PERSON = (0.7, 2.6)
 """Metres: anyone taller or smaller is taken for a matter of units."""
-_USUAL_HEIGHT = 1.75
 _UNITS = (0.001, 0.01, 0.1, 10.0, 100.0, 1000.0, 0.0254, 1 / 0.0254, 2.54, 1 / 2.54, 0.3048, 1 / 0.3048)
 """Factors between units in use; the first that makes a person is proposed."""
 _UPRIGHT = 0.5
@@ -109,9 +107,9 @@ def _lying(body: _Body) -> Finding | None:
 def _climbing(body: _Body) -> Finding:
     """Tell of a body that goes straight up, which nobody does; its own vertical is that of its legs."""
     feet = np.mean([body.clip.world[1][:, leg[2]] for leg in body.legs], axis=0)
-    hang = np.median(body.hips() - feet, axis=0) * [1.0, 1.0, 0.0]
-    axis = np.zeros(3)
-    axis[np.argmax(np.abs(hang))] = np.sign(hang[np.argmax(np.abs(hang))])
+    hang = np.median(body.hips() - feet, axis=0)
+    place, axis = np.argmax(np.abs(hang[:2])), np.zeros(3)
+    axis[place] = np.sign(hang[place])
     sentence = (
         f"Clip '{body.clip.name}' goes straight up into the air; another axis points up in its source. Turn the "
         "character upright."
@@ -122,10 +120,10 @@ def _climbing(body: _Body) -> Finding:
 
 
 def _size(body: _Body) -> Finding | None:
-    height = _LEGS_TO_HEIGHT * body.leg_length()
+    height = PERSON_HEIGHT / PERSON_LEGS * body.leg_length()
     if _PERSON[0] <= height <= _PERSON[1]:
         return None
-    factor = next((unit for unit in _UNITS if 1.4 < unit * height < 2.1), _USUAL_HEIGHT / height)
+    factor = next((unit for unit in _UNITS if 1.4 < unit * height < 2.1), PERSON_HEIGHT / height)
     sentence = (
         f"The character of clip '{body.clip.name}' is about {wording.small(height)} tall; if it is a person, its "
         f"lengths are in another unit: scale it by {wording.exact(float(f'{factor:.3g}'))}."
@@ -200,7 +198,7 @@ def _floor(body: _Body) -> Finding | None:
     clip = body.clip
     joints = [joint for leg in body.legs for joint in leg[2:]]
     lowest = float(np.percentile(clip.world[1][:, joints, 2].min(axis=1), FLOOR_PERCENTILE))
-    size = body.leg_length() * _LEGS_TO_HEIGHT / _USUAL_HEIGHT
+    size = body.leg_length() / PERSON_LEGS
     if -_BELOW * size <= lowest <= _ABOVE * size:
         return None
     names = tuple(clip.skeleton.names[joint] for joint in joints)
