@@ -213,14 +213,18 @@ def _add_root_motion(scene, action, health: ClipHealth, remedy: Remedy) -> str:
 
 
 def _treat_character(scene, remedy: Remedy) -> str:
+    done = _change_character(scene, remedy)
+    scene.wayfarer.body.look()
+    return done
+
+
+def _change_character(scene, remedy: Remedy) -> str:
     character = scene.wayfarer.character
     if remedy.kind is RemedyKind.ROOT:
         character[ROOT_PROPERTY] = remedy.bone
-        scene.wayfarer.body.look()
         return f"'{remedy.bone}' is the root of '{character.name}' now"
     if remedy.kind is RemedyKind.FACE:
         character[FORWARD_PROPERTY] = tuple(character.matrix_world.to_3x3().inverted() @ Vector(remedy.values))
-        scene.wayfarer.body.look()
         return f"'{character.name}' faces the way that its body does"
     reason = placement_obstacle(character) or _keys_object(scene)
     if reason:
@@ -233,7 +237,6 @@ def _treat_character(scene, remedy: Remedy) -> str:
         change, done = Quaternion(remedy.values).to_matrix().to_4x4(), "stands upright"
     character.matrix_world = change @ character.matrix_world
     bpy.context.view_layer.update()
-    scene.wayfarer.body.look()
     return f"'{character.name}' {done}"
 
 

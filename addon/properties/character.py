@@ -1,5 +1,6 @@
 """The character as it was understood, and what was chosen instead."""
 
+import contextlib
 from math import atan2, pi
 
 import bpy
@@ -8,7 +9,7 @@ from mathutils import Vector
 from ...core.errors import ClipError
 from ...core.motion.body_size import person_height
 from ...core.motion.contacts import foot_joints
-from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, bind_rig
+from ..bridge.rig import FORWARD_PROPERTY, ROOT_PROPERTY, bind_rig, chosen_forward, chosen_root
 from .definitions import EnumProperty, FloatProperty, StringProperty
 from .graph_names import bone_names
 
@@ -24,8 +25,10 @@ def _character(settings):
 
 def _root(settings) -> str:
     character = _character(settings)
-    value = character.get(ROOT_PROPERTY, "") if character else ""
-    return value if isinstance(value, str) else ""
+    # What is no name is refused, with a sentence, where it is used.
+    with contextlib.suppress(ClipError):
+        return chosen_root(character) if character else ""
+    return ""
 
 
 def _set_root(settings, name: str) -> None:
@@ -34,12 +37,12 @@ def _set_root(settings, name: str) -> None:
 
 def _facing(settings) -> int:
     character = _character(settings)
-    value = character.get(FORWARD_PROPERTY) if character else None
+    try:
+        value = chosen_forward(character) if character else None
+    except ClipError:
+        return _OTHER
     if value is None:
         return _GUESSED
-    # What is no direction is refused, with a sentence, where it is used.
-    if not hasattr(value, "__len__") or len(value) != 3 or not all(isinstance(part, int | float) for part in value):
-        return _OTHER
     world = (character.matrix_world.to_3x3() @ Vector(value)).normalized()
     cosines = [world.dot(axis) for axis in _DIRECTIONS.values()]
     return 1 + cosines.index(max(cosines)) if max(cosines) > _ALIGNED else _OTHER
