@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 import uuid
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context, resource_tracker
 from pathlib import Path
@@ -117,25 +118,32 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
         yield client.get_executor(pure=False), roll_call
 
 
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C off; where the system can, what came meanwhile comes afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+        return
+    # Starting that process of Python's own lets the signal through again.
+    resource_tracker.ensure_running()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
 class Processes(ProcessPoolExecutor):
     """Processes on this machine, which hear of Ctrl-C from us only, and end when we do."""
 
     def submit(self, *args, **kwargs):
         # A process is started here, and goes on holding off what is held off now.
-        if hasattr(signal, "pthread_sigmask"):
-            # That process of Python's own lets the signal through again when it is started.
-            resource_tracker.ensure_running()
-            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-            try:
-                return super().submit(*args, **kwargs)
-            finally:
-                # What came meanwhile comes now.
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
+        with _without_interrupts():
             return super().submit(*args, **kwargs)
-        finally:
-            signal.signal(signal.SIGINT, before)
 
     def end_now(self) -> None:
         """End all processes, whatever they are doing."""
