@@ -18,7 +18,7 @@ from ...core.motion.doctor import ClipMotion, clip_motions
 from ...core.motion.graph import MotionGraph, build_motion_graph_steps
 from ...core.motion.graph_summary import summarize
 from ...core.progress import Progress, portion
-from ..bridge.read_scene import shown_objects
+from ..bridge.read_scene import ShapeMemory, shown_objects
 from ..scene.inputs import (
     SceneShapes,
     graph_settings,
@@ -96,9 +96,10 @@ class Embedded:
 
 def embed_scene_steps(scene, depsgraph) -> Generator[Progress, None, Embedded]:
     """Embed the scene's motion graph; raises SceneError or EmbeddingError if that cannot be done."""
-    shapes = read_shapes(scene, depsgraph)
+    memory = ShapeMemory()
+    shapes = read_shapes(scene, depsgraph, memory)
     environment = make_environment(scene, shapes)
-    outside, uneven = _outside(scene, shapes), uneven_ground(scene, shapes.ground_height, depsgraph)
+    outside, uneven = _outside(scene, shapes), uneven_ground(scene, shapes.ground_height, depsgraph, memory)
     settings = scene.wayfarer.embedding.to_core()
     yield Progress(0.0, "Reading the scene")
     # What did not move since the last time need not be computed again.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..bridge.read_scene import read_own_piece
+from ..bridge.read_scene import ShapeMemory, read_own_piece
 from ..properties.environment import REGION_TYPES, GroundSource
 
 _FLAT = 0.02
@@ -15,14 +15,14 @@ _OPEN = 1e-4
 """Share of all faces, seen from above, by which those of one side outweigh the others where a mesh is not closed."""
 
 
-def uneven_ground(scene, height: float, depsgraph) -> tuple[str, float, float] | None:
+def uneven_ground(scene, height: float, depsgraph, memory: ShapeMemory) -> tuple[str, float, float] | None:
     """Name, lowest and highest z (m) of the scene's ground object if it is not flat; the highest is ``height``, at
     which walks are planned. None for a flat ground, and for one that is no object or has no faces."""
     settings = scene.wayfarer.environment
     ground = settings.ground if settings.source is GroundSource.OBJECT else None
     if ground is None or ground.type not in REGION_TYPES:
         return None
-    piece = read_own_piece(ground, depsgraph)
+    piece = read_own_piece(ground, depsgraph, memory)
     lowest = None if piece is None else lowest_floor(piece.triangles(), height - _FLAT)
     return None if lowest is None else (ground.name, lowest, height)
 

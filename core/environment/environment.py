@@ -9,11 +9,10 @@ from .. import wording
 from ..errors import SceneError
 from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
-from .ground import off_ground
 from .obstacle_masks import ObstacleCache
 from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_strips
 from .pieces import Piece, all_triangles
-from .regions import Region, RegionMask, RegionRule, rasterise_regions
+from .regions import Region, RegionMask, RegionRule, rasterise_regions, samples_inside
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ def build_environment_steps(
         blocked = _blocked(grid, all_triangles(obstacles), settings.radius, low, high)
     if ground is not None:
         yield Progress(1.0, "Outlining the ground")
-        blocked = blocked | off_ground(ground, grid)
+        blocked = blocked | ~samples_inside(ground, grid)
     return Environment(grid, blocked, rasterise_regions(regions, grid))
 
 

@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from .grid import Grid
-from .regions import samples_inside
-
 _NEAR = 1e-6
 """Share of the ground's extent up to which a corner lies on its border."""
 
@@ -35,8 +32,3 @@ def fills_rectangle(triangles: np.ndarray) -> bool:
     near = _NEAR * (high - low)
     on_border = (ends <= low + near).all(axis=1) | (ends >= high - near).all(axis=1)
     return bool(on_border.any(axis=1).all())
-
-
-def off_ground(triangles: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return (4 nx, 4 ny) bool: samples that (T, 3, 3) triangles (m), seen from above, do not cover wholly."""
-    return ~samples_inside(triangles, grid)
