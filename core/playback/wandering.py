@@ -2,7 +2,7 @@
 
 A random walk takes each link with the same probability and stays where many links are: near a wall, where all that a
 character can do is to stand and turn, it may shuffle for a minute. A wanderer draws a place on the covered floor, goes
-by there by the cheapest of all short ways, draws the next, and so on.
+there by the cheapest of all short ways, draws the next, and so on.
 """
 
 from collections.abc import Generator, Iterator
