@@ -19,8 +19,8 @@ from ..bridge.libraries import forget_file
 from ..bridge.owned import CHARACTER, WALK_PROPERTY, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
-from .clips import doubts_in_words
 from .mixins import Browses, NeedsObjectMode, NeedsRig, reports_errors
+from .remedies import doubts_in_words
 
 
 class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):

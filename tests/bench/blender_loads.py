@@ -72,7 +72,7 @@ def many_actions(n_actions: int) -> dict:
     """The sample's clips, each many times, a little differently performed: listed, examined, made a graph of."""
     import bpy
 
-    from bl_ext.user_default.wayfarer.addon.operators.clips import WAYFARER_OT_examine_clips
+    from bl_ext.user_default.wayfarer.addon.operators.health import WAYFARER_OT_examine_clips
     from bl_ext.user_default.wayfarer.addon.results import staleness, store, workflow
     from bl_ext.user_default.wayfarer.core.errors import MotionGraphError
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
+from mathutils import Matrix
 
 from bl_ext.user_default.wayfarer.addon.bridge.read_actions import read_clip
 from bl_ext.user_default.wayfarer.addon.bridge.write_action import write_clip
@@ -231,6 +232,110 @@ def test_nothing_to_apply(settings):
         with pytest.raises(RuntimeError, match="examine it again"):
             operators.apply_remedy(**missing)
     assert contents() == before
+
+
+# ----------------------------------------------------------------------------------------------- fix all
+
+
+def t_pose_and_pop(clip):
+    return t_pose_first(pop_inside(clip))
+
+
+def on_the_spot_and_popping(clip):
+    return on_the_spot(pop_inside(clip))
+
+
+@pytest.fixture
+def ill(settings):
+    """Five clips with all that can be wrong with one, and a sound one, under a character that stands too high."""
+    for name, change in (
+        ("walk", t_pose_first),
+        ("walk_slower", t_pose_and_pop),
+        ("walk_brisk", on_the_spot_and_popping),
+        ("arc_left", too_short),
+    ):
+        add_damaged(settings, name, change)
+    for item in settings.clips:
+        item.use = item.action.name.endswith("damaged") or item.action.name == "walk_slow"
+    settings.character.location.z += 2.0
+    bpy.context.view_layer.update()
+    operators.examine_clips()
+    return settings
+
+
+def test_all_is_fixed_at_once(ill, capfd):
+    keys = {clip.action.name: keys_of(clip.action) for clip in ill.clips}
+    heights = [read_clip(ill.character, bpy.data.actions["walk_slow"]).world[1][..., 2].min()]
+    assert operators.fix_all() == {"FINISHED"}
+    used = ill.used_actions()
+    assert len(used) >= 6
+    for action in used:
+        assert health(action).is_healthy, health(action).sentences
+    heights.append(read_clip(ill.character, bpy.data.actions["walk_slow"]).world[1][..., 2].min())
+    assert heights[0] - heights[1] == pytest.approx(2.0, abs=0.1)
+    assert {name: keys_of(bpy.data.actions[name]) for name in keys} == keys
+    said = capfd.readouterr().out
+    assert "stands on the floor" in said and "1 clip dropped, 2 clips trimmed" in said
+    assert "2 clips split" in said and "given root motion" in said
+    assert not operators.fix_all.poll()
+
+
+def test_all_that_was_fixed_is_undone_in_one_step(ill):
+    bpy.ops.ed.undo_push(message="before")
+    before = contents(), tuple(ill.character.location)
+    operators.fix_all("EXEC_DEFAULT", True)
+    assert contents() != before[0]
+    bpy.ops.ed.undo()
+    scene = bpy.context.scene
+    assert (contents(), tuple(scene.wayfarer.character.location)) == before
+
+
+def test_what_would_spoil_other_clips_is_left(settings, capfd):
+    """One clip that lies says nothing about the character where four others stand."""
+
+    def lying(clip):
+        turn = quat.about("x", np.pi / 2)
+        rotations, translations = clip.rotations.copy(), clip.translations.copy()
+        rotations[:, 0], translations[:, 0] = (
+            quat.multiply(turn, rotations[:, 0]),
+            quat.rotate(turn, translations[:, 0]),
+        )
+        return replace(clip, rotations=rotations, translations=translations)
+
+    del settings.character["wayfarer_forward"]
+    action = add_damaged(settings, "walk", lying)
+    for item in settings.clips:
+        item.use |= item.action.name in ("walk", "walk_slow", "arc_left", "turn_left_90")
+    operators.examine_clips()
+    assert titles(action) == ["Lying"]
+    before = settings.character.matrix_world.copy()
+    assert operators.fix_all() == {"FINISHED"}
+    assert settings.character.matrix_world == before and titles(action) == ["Lying"]
+    said = capfd.readouterr().out
+    assert "would spoil other clips" in said and "Nothing was changed" in said
+
+
+def test_a_remedy_that_fails_changes_nothing(settings):
+    """Turned upright, the character would face up or down by its own property."""
+    settings.character.matrix_world = Matrix.Rotation(np.pi / 2, 4, "X") @ settings.character.matrix_world
+    settings.character["wayfarer_forward"] = (0.0, 0.0, 1.0)
+    bpy.context.view_layer.update()
+    for item in settings.clips:
+        item.use = item.action.name == "walk"
+    operators.examine_clips()
+    assert titles(bpy.data.actions["walk"]) == ["Lying"]
+    before = settings.character.matrix_world.copy()
+    with pytest.raises(RuntimeError, match="no horizontal direction"):
+        operators.apply_remedy(action="walk", finding=0)
+    assert settings.character.matrix_world == before and titles(bpy.data.actions["walk"]) == ["Lying"]
+
+
+def test_nothing_to_fix(settings):
+    add_damaged(settings, "walk", t_pose_first)
+    with pytest.raises(RuntimeError, match="poll"):
+        operators.fix_all()
+    operators.examine_clips()
+    assert operators.fix_all.poll()
 
 
 def test_the_icon_chooses_its_clip(settings):

@@ -132,7 +132,9 @@ class WAYFARER_PT_health(_ClipsPart, bpy.types.Panel):
 
     def draw(self, context):
         layout, scene = self.layout, context.scene
-        layout.operator("wayfarer.examine_clips", icon="VIEWZOOM")
+        row = layout.row(align=True)
+        row.operator("wayfarer.examine_clips", icon="VIEWZOOM")
+        row.operator("wayfarer.fix_all", icon="CHECKMARK")
         action = scene.wayfarer.active_action()
         if action is None:
             layout.label(text="No clip is chosen", icon="INFO")
