@@ -351,6 +351,60 @@ def test_recorded_walks_get_their_root_motion_back(data_folder):
     assert np.median(errors) < 0.08 and max(errors) < 0.18
 
 
+def running(clip):
+    """The walk with a flight between each two steps: highest where its feet are farthest apart."""
+    left, right = (clip.world[1][:, SKELETON.index(name), :2] for name in ("LeftFoot", "RightFoot"))
+    apart = np.linalg.norm(left - right, axis=1)
+    translations = clip.translations.copy()
+    translations[:, 0, 2] += 0.15 * (apart / apart.max()) ** 2
+    return replace(clip, translations=translations)
+
+
+def hastened(clip, times, frame_rate):
+    return replace(clip, frame_rate=times * clip.frame_rate).resampled(frame_rate)
+
+
+def mean_speed(clip):
+    """Metres per second on the ground, seen from the character."""
+    path = clip.ground_path
+    steps = np.diff(path[:, 0] + 1j * path[:, 1]) * np.exp(-1j * path[:-1, 2])
+    return abs(steps.mean()) * clip.frame_rate
+
+
+@pytest.mark.parametrize("frame_rate", [24, 30, 60, 120])
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_runs_that_touch_the_floor_for_two_frames_travel_at_their_own_speed(times, frame_rate):
+    shares = []
+    for clip in (clip for clip in WALKS if mean_speed(clip) > 1.15):
+        run = hastened(running(clip), times, frame_rate)
+        finding = next(f for f in examine(on_the_spot(run)) if f.kind is FindingKind.IN_PLACE)
+        (left,) = apply_remedy(on_the_spot(run), finding.remedy)
+        shares.append(mean_speed(left) / mean_speed(run))
+    # Three times as fast at 24 frames per second, some feet are never seen low.
+    assert np.median(shares) == pytest.approx(1, abs=0.02) and 0.4 < min(shares) <= max(shares) < 1.1
+
+
+def test_recorded_runs_travel_about_as_fast_as_they_did(data_folder):
+    for times, frame_rate in [(1, 30), (2, 24), (2, 30), (3, 30), (3, 60)]:
+        shares = []
+        for name in ("16_35", "16_36", "16_38", "16_45", "16_46", "16_55"):
+            run = hastened(read_bvh(data_folder / "cmu_locomotion" / f"{name}.bvh"), times, frame_rate)
+            shares.append(mean_speed(with_root_motion(on_the_spot(run))) / mean_speed(run))
+        # Who runs is slowest where a foot stands, and that is all that can be seen on the spot.
+        assert min(shares) > 0.85 and max(shares) < 1.15 and np.median(shares) > 0.9, (times, frame_rate, shares)
+
+
+def test_a_run_on_the_spot_that_never_stands_is_a_finding():
+    run = hastened(running(BY_NAME["walk"]), 3, 30)
+    foot = run.world[1][:, SKELETON.index("LeftToeBase"), 2]
+    leaves = int(np.argmax(foot < 0.1))
+    flight = on_the_spot(run.taken(slice(leaves - 1, leaves + 1)))
+    with pytest.raises(ClipError, match="neither foot stands"):
+        with_root_motion(flight)
+    sentences = [finding.sentence for finding in examine(flight) if finding.kind is FindingKind.IN_PLACE]
+    assert len(sentences) == 1 and "neither foot stands" in sentences[0]
+
+
 # Whole clips
 
 

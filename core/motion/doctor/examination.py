@@ -9,7 +9,8 @@ import numpy as np
 from ... import wording
 from ...errors import ClipError
 from ..clip import MotionClip
-from ..in_place import Feet, missing_speed
+from ..contacts import Feet, foot_joints
+from ..in_place import missing_speed
 from ..skeleton import Skeleton
 from .finding import (
     Finding,
@@ -132,14 +133,24 @@ def _pops(clip: MotionClip, settings: DoctorSettings, taken: list[tuple[int, int
 
 def _in_place(clip: MotionClip, settings: DoctorSettings) -> list[Finding]:
     try:
-        missing = missing_speed(clip, settings.feet)
+        feet = foot_joints(clip.skeleton, settings.feet)
+        path = clip.ground_path
     except ClipError:
         return []  # it takes feet and a heading
     # Seen from the character, and without regard to sway or to a jump.
-    path = clip.ground_path
     steps = np.diff(path[:, 0] + 1j * path[:, 1]) * np.exp(-1j * path[:-1, 2]) * clip.frame_rate
     travelled = float(np.hypot(np.median(steps.real), np.median(steps.imag)))
-    if missing < settings.in_place_speed * clip.skeleton.stature or travelled > 0.2 * missing:
+    least = settings.in_place_speed * clip.skeleton.stature
+    try:
+        missing = missing_speed(clip, settings.feet)
+    except ClipError as error:
+        # The feet are never seen to stand: do they run nevertheless, while the root stays?
+        ankles = clip.world[1][:, [foot[0] for foot in feet], :2] - path[:, None, :2]
+        passing = float(np.median(np.linalg.norm(np.diff(ankles, axis=0), axis=2))) * clip.frame_rate
+        if passing < least or travelled > 0.2 * passing:
+            return []
+        return [_of_the_whole(clip, FindingKind.IN_PLACE, clip.skeleton.names[:1], str(error))]
+    if missing < least or travelled > 0.2 * missing:
         return []
     sentence = (
         f"Clip '{clip.name}' walks on the spot: at {source_frames(clip, 0, clip.n_frames - 1)} its feet slide at "
