@@ -1,12 +1,33 @@
 """Size of a character beside a person: what is stated in metres for a person grows with it."""
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 
+from .bone_names import are_japanese
 from .joint_roles import LEG, JointRole
 from .skeleton import Skeleton
 
 #: Metres that a person is tall, and those of its thigh and shin.
 PERSON_HEIGHT, PERSON_LEGS = 1.75, 0.845
+
+#: Metres between which a person usually is tall.
+USUAL_PERSONS = (1.4, 2.1)
+
+#: Metres per unit in the files of the CMU motion capture database (inches / 0.45), and of MikuMikuDance.
+CMU_UNIT, MMD_UNIT = 0.056444, 0.08
+
+#: The units of length in use, by their metres.
+UNIT_NAMES = {
+    1.0: "metres",
+    0.1: "decimetres",
+    0.01: "centimetres",
+    0.001: "millimetres",
+    0.0254: "inches",
+    0.3048: "feet",
+    CMU_UNIT: "units of the CMU database",
+    MMD_UNIT: "units of MikuMikuDance",
+}
 
 #: Stature beside legs, for skeletons whose names do not say where the legs are.
 _STATURE_TO_LEGS = 1.55 / PERSON_LEGS
@@ -38,6 +59,30 @@ def person_height(skeleton: Skeleton) -> float:
     """Return the metres that a person with these legs is tall; the stature of a skeleton without recognizable legs."""
     length = _leg_length(skeleton)
     return skeleton.stature if length is None else PERSON_HEIGHT / PERSON_LEGS * length
+
+
+def unit_of_person(height: float, bones: Sequence[str], units: Iterable[float] = UNIT_NAMES) -> float | None:
+    """Return the unit that makes a person of a height: of those that do, the one that comes next to the usual height.
+
+    MikuMikuDance's, which make small persons of what others make tall ones, are for Japanese names of bones, or where
+    nothing else fits.
+
+    Parameters
+    ----------
+    height : float
+        In the unit that is sought.
+    bones : sequence of str
+    units : iterable of float
+        Metres per unit.
+
+    >>> unit_of_person(19.5, ["Hips"]), unit_of_person(19.5, ["センター"]), unit_of_person(300.0, ["Hips"])
+    (0.1, 0.08, None)
+    """
+    fitting = [unit for unit in units if USUAL_PERSONS[0] <= unit * height <= USUAL_PERSONS[1]]
+    of_mmd = [unit for unit in fitting if unit in (MMD_UNIT, 100 * MMD_UNIT)]
+    others = [unit for unit in fitting if unit not in of_mmd]
+    chosen = of_mmd or others if are_japanese(bones) else others or of_mmd
+    return min(chosen, key=lambda unit: abs(np.log(unit * height / PERSON_HEIGHT)), default=None)
 
 
 def relative_size(skeleton: Skeleton) -> float:

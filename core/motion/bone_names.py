@@ -3,7 +3,7 @@
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 _SIDES = {"left": "left", "l": "left", "lf": "left", "lt": "left"} | {
     "right": "right", "r": "right", "rt": "right", "rg": "right"
@@ -21,6 +21,15 @@ _JAPANESE = [
     *(("ひじ", "elbow"), ("肘", "elbow"), ("腕", "upperarm"), ("肩", "collar"), ("上半身", "spine"), ("指", "finger")),
     *(("下半身", "pelvis"), ("センター", "center"), ("首", "neck"), ("頭", "head"), ("親", "parent")),
 ]
+
+
+def are_japanese(names: Iterable[str]) -> bool:
+    """Return True if any of the names of bones is Japanese, as in MikuMikuDance.
+
+    >>> are_japanese(["Hips", "左足"]), are_japanese(["Hips"])
+    (True, False)
+    """
+    return any(word in unicodedata.normalize("NFKC", name) for name in names for word, _ in _JAPANESE)
 
 
 def split_names(names: Sequence[str]) -> list[tuple[str, str]]:

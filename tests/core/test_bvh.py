@@ -8,7 +8,8 @@ import pytest
 
 from core.errors import ClipError
 from core.motion import quat
-from core.motion.bvh.character import CMU_UNIT, BvhCharacter, understand_bvh_steps
+from core.motion.body_size import CMU_UNIT, MMD_UNIT
+from core.motion.bvh.character import BvhCharacter, understand_bvh_steps
 from core.motion.bvh.clip import bvh_clip_steps, fit_character
 from core.motion.bvh.file import BvhFile
 from core.motion.bvh.reader import parse_bvh_steps
@@ -193,6 +194,16 @@ def test_axes_units_and_rest_poses(up, folded, unit):
     places = clip.skeleton.rest_world[1]
     assert abs(places[:, 2].min()) < 1e-6 and np.abs(places[0, :2]).max() < 1e-6
     assert places[clip.skeleton.index("Head"), 2] > 1.3 and 0.7 < places[0, 2] < 1.1
+
+
+@pytest.mark.parametrize("height", [1.55, 1.75, 1.95])
+@pytest.mark.parametrize("unit", [1.0, 0.1, 0.01, 0.001, 0.0254, MMD_UNIT])
+def test_persons_small_and_tall_in_each_unit(unit, height):
+    japanese = {"Hips": "センター", "LeftUpLeg": "左足", "RightUpLeg": "右足"} if unit == MMD_UNIT else {}
+    [usual] = understood([parsed(walk_text())])
+    text = walk_text(unit=unit * usual.height / height, name_of=lambda name: japanese.get(name, name))
+    [character] = understood([parsed(text)])
+    assert character.unit == unit and character.height == pytest.approx(height, rel=1e-3)
 
 
 def test_axes_without_names():

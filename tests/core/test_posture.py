@@ -7,6 +7,7 @@ import pytest
 
 from core.errors import ClipError
 from core.motion import quat
+from core.motion.body_size import MMD_UNIT, person_height
 from core.motion.clip import MotionClip
 from core.motion.doctor import FindingKind, RemedyKind, apply_remedy, examine
 from core.motion.repertoire import sample_repertoire
@@ -82,6 +83,18 @@ def test_a_person_in_other_units_is_scaled(scale, factor):
     assert finding.remedy.kind is RemedyKind.SCALE
     assert finding.remedy.values[0] == pytest.approx(factor, rel=1e-2)
     assert f"scale it by {factor:.3g}" in finding.sentence
+
+
+@pytest.mark.parametrize("height", [1.55, 1.95])
+@pytest.mark.parametrize(
+    ("unit", "center"),
+    [(0.1, "Hips"), (0.01, "Hips"), (0.001, "Hips"), (0.0254, "Hips"), (MMD_UNIT, "センター"), (10, "Hips")],
+)
+def test_persons_small_and_tall_keep_their_height(unit, center, height):
+    person = moved(WALK, scale=height / (unit * person_height(WALK.skeleton)))
+    skeleton = replace(person.skeleton, names=(center, *person.skeleton.names[1:]))
+    (finding,) = (found for found in examine(replace(person, skeleton=skeleton)) if found.kind is FindingKind.SIZE)
+    assert finding.remedy.values[0] == pytest.approx(unit)
 
 
 @pytest.mark.parametrize("up", [-0.4, -0.15, 0.8])

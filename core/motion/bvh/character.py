@@ -15,23 +15,12 @@ from ... import wording
 from ...errors import ClipError
 from ...progress import Progress
 from .. import quat
+from ..body_size import UNIT_NAMES, unit_of_person
 from ..joint_roles import JointRole
 from ..kinematics import descendants, local_transforms, world_transforms
 from ..sides import mirrored_pairs
 from ..skeleton import Skeleton
 from .file import BvhFile
-
-CMU_UNIT = 0.056444
-"""Metres per unit in the files of the CMU motion capture database (inches / 0.45)."""
-
-UNIT_NAMES = {
-    1.0: "metres",
-    0.01: "centimetres",
-    0.001: "millimetres",
-    0.0254: "inches",
-    0.3048: "feet",
-    CMU_UNIT: "units of the CMU database",
-}
 
 TO_Z_UP = {
     "Y": quat.about("x", np.pi / 2),
@@ -43,7 +32,7 @@ TO_Z_UP = {
 }
 """The rotation that brings a file's axes to those of Blender, by the axis that is up in the file."""
 
-_SHORTEST, _TALLEST, _USUAL = 1.4, 2.1, 1.7  # height in metres
+_USUAL = 1.7  # height in metres
 _SMALLEST, _LARGEST = 0.8, 2.6  # of those who are no usual persons, but whose files are in plain metric units
 _LEG_SHARE = 0.485  # thigh and shin as a part of the height
 _N_SAMPLES = 48  # frames of a file that are looked at
@@ -106,8 +95,8 @@ def understand_bvh_steps(
 
     ``unit`` and ``up`` are found from the motion where they are not given: up is the axis along which the head is above
     the feet in most frames of a character's files; where they do not tell (lying, crawling), as in the other files,
-    or at rest, or Y. The unit is the one of :data:`UNIT_NAMES` that makes the character most nearly a person
-    of 1.7 m; if none does, whatever makes it so tall.
+    or at rest, or Y. The unit is the one that makes the character a person, see :func:`.body_size.unit_of_person`;
+    if none does, whatever makes it 1.7 m tall.
 
     Raises ClipError if a skeleton has no size.
     """
@@ -246,7 +235,7 @@ def _character(files: Sequence[BvhFile], samples: Sequence[_Samples], up: str, u
     height = _height(file, places, tips)
     if not height > 0:
         raise ClipError(f"'{file.name}' holds no skeleton of any size; it is not a BVH file or is damaged.")
-    unit = unit or _unit(height)
+    unit = unit or _unit(height, file.names)
     if not is_sound:
         ahead = _facing(file.names, places)
         turn = quat.about("z", -np.pi / 2 - np.arctan2(ahead[1], ahead[0]))
@@ -329,11 +318,11 @@ def _height(file: BvhFile, places: np.ndarray, tips: np.ndarray) -> float:
     return height
 
 
-def _unit(height: float) -> float:
-    unit = min(UNIT_NAMES, key=lambda known: abs(np.log(known * height / _USUAL)))
-    if _SHORTEST <= unit * height <= _TALLEST:
+def _unit(height: float, names: Sequence[str]) -> float:
+    unit = unit_of_person(height, names)
+    if unit is not None:
         return unit
-    metric = [known for known in (1.0, 0.01, 0.001) if _SMALLEST <= known * height <= _LARGEST]
+    metric = [known for known in (1.0, 0.01, 0.001, 0.1) if _SMALLEST <= known * height <= _LARGEST]
     return metric[0] if metric else _USUAL / height
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import wording
 from .. import quat
-from ..body_size import PERSON_HEIGHT, PERSON_LEGS
+from ..body_size import PERSON_HEIGHT, PERSON_LEGS, UNIT_NAMES, unit_of_person
 from ..clip import MotionClip
 from ..contacts import FLOOR_PERCENTILE
 from ..joint_roles import LEG, SIDES, JointRole
@@ -17,8 +17,8 @@ from .finding import Finding, FindingKind, Remedy, RemedyKind
 
 _PERSON = (0.7, 2.6)
 """Metres: anyone taller or smaller is taken for a matter of units."""
-_UNITS = (0.001, 0.01, 0.1, 10.0, 100.0, 1000.0, 0.0254, 1 / 0.0254, 2.54, 1 / 2.54, 0.3048, 1 / 0.3048)
-"""Factors between units in use; the first that makes a person is proposed."""
+_UNITS = (*UNIT_NAMES, *(100 * unit for unit in UNIT_NAMES), 1000.0, 1 / 0.0254, 1 / 0.3048, 1 / 2.54)
+"""Factors between units in use: metres of each, also of files read as centimetres, and what is read as too large."""
 _UPRIGHT = 0.5
 """Cosine to the vertical down to which a body stands."""
 _AHEAD = 0.7
@@ -123,7 +123,7 @@ def _size(body: _Body) -> Finding | None:
     height = PERSON_HEIGHT / PERSON_LEGS * body.leg_length()
     if _PERSON[0] <= height <= _PERSON[1]:
         return None
-    factor = next((unit for unit in _UNITS if 1.4 < unit * height < 2.1), PERSON_HEIGHT / height)
+    factor = unit_of_person(height, body.clip.skeleton.names, _UNITS) or PERSON_HEIGHT / height
     sentence = (
         f"The character of clip '{body.clip.name}' is about {wording.small(height)} tall; if it is a person, its "
         f"lengths are in another unit: scale it by {wording.exact(float(f'{factor:.3g}'))}."
