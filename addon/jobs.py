@@ -139,13 +139,13 @@ class LongOperator:
         """Called by Blender when it ends the operator itself, for example on opening another file."""
         self._stop(context)
 
-    def _sentence(self, error: Exception) -> str:
-        if isinstance(error, MemoryError):
-            return (
-                f"{self.bl_label} needs more memory than there is. Use fewer or shorter clips, a smaller ground or a "
-                "larger Cell Size, or close other programs."
-            )
-        return str(error)
+    def _sentence(self, error: MotionGraphError | MemoryError) -> str:
+        if isinstance(error, MotionGraphError):
+            return str(error)
+        return (
+            f"{self.bl_label} needs more memory than there is. Use fewer or shorter clips, a smaller ground or a "
+            "larger Cell Size, or close other programs."
+        )
 
     def _show(self, context, progress: Progress) -> None:
         elapsed = clock(time.monotonic() - self._started)

@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .errors import MotionGraphError
-from .files import LARGEST_RATIO, from_json, read_regular, replace_file
+from .files import LARGEST_RATIO, from_json, read_regular, replace_file, why
 
 Value = TypeVar("Value")
 Arrays = Mapping[str, np.ndarray]
@@ -139,7 +139,7 @@ def archive_from_bytes(
     except MemoryError as problem:
         raise form.error(f"'{source}' needs more memory than there is, and cannot be read.") from problem
     except DAMAGE as problem:
-        raise form.error(f"{damaged} ({problem}).") from problem
+        raise form.error(f"{damaged}.") from problem
 
 
 def archive_kind(raw: bytes) -> str:
@@ -153,7 +153,7 @@ def save_archive(path: str | os.PathLike, raw: bytes, form: ArchiveFormat) -> No
     try:
         replace_file(Path(path), raw, lasting=True)
     except OSError as problem:
-        raise form.error(f"The {form.name} cannot be saved as '{path}': {problem.strerror or problem}.") from problem
+        raise form.error(f"The {form.name} cannot be saved as '{path}': {why(problem)}.") from problem
 
 
 def load_archive(path: str | os.PathLike, form: ArchiveFormat) -> bytes:
@@ -161,7 +161,7 @@ def load_archive(path: str | os.PathLike, form: ArchiveFormat) -> bytes:
     try:
         return read_regular(path)
     except OSError as problem:
-        raise form.error(f"'{path}' cannot be read: {problem.strerror or problem}.") from problem
+        raise form.error(f"'{path}' cannot be read: {why(problem)}.") from problem
 
 
 def require(fits: object) -> None:

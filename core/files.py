@@ -36,6 +36,54 @@ LARGEST_RATIO = 1040
 """Deflate makes nothing smaller than this share of it."""
 
 NO_FILE = "it is a folder or a device, and no file"
+_NO_NAME = "no file can have such a name"
+
+_REASONS = {
+    errno.ENOENT: "there is no such file or folder",
+    errno.ENOTDIR: "a part of its path is a file, and no folder",
+    errno.EISDIR: "it is a folder",
+    errno.EEXIST: "there is something of that name already",
+    errno.ENOTEMPTY: "its folder is not empty",
+    errno.EACCES: "you have no permission for that",
+    errno.EPERM: "you have no permission for that",
+    errno.EROFS: "its disk cannot be written to",
+    errno.ENOSPC: "the disk is full",
+    errno.EFBIG: "its disk does not hold files as large as that",
+    errno.EIO: "its disk does not work as it should",
+    errno.ENAMETOOLONG: "its name is too long",
+    errno.EILSEQ: _NO_NAME,
+    errno.EINVAL: _NO_NAME,
+    errno.ELOOP: "links lead in a circle",
+    errno.EBUSY: "another program uses it",
+    errno.ETXTBSY: "another program uses it",
+    errno.EMFILE: "too many files are open",
+    errno.ENFILE: "too many files are open",
+    errno.ENOMEM: "there is not enough memory",
+}
+"""What the system may say about a file, by its number."""
+
+_IN_USE = (32, 33)
+"""Windows' numbers for files that another program holds; Python takes them for missing permissions."""
+
+
+class FileError(OSError):
+    """A file that is not read for a reason of ours, which is its ``strerror``."""
+
+
+def why(error: OSError | ValueError) -> str:
+    """Return why the system does not read or write a file, as a part of a sentence in our own words.
+
+    >>> why(FileNotFoundError(errno.ENOENT, "No such file or directory"))
+    'there is no such file or folder'
+    """
+    if isinstance(error, ValueError):
+        return _NO_NAME  # what Python itself refuses before it asks the system
+    if isinstance(error, FileError):
+        return str(error.strerror)
+    if getattr(error, "winerror", None) in _IN_USE:
+        return _REASONS[errno.EBUSY]
+    return _REASONS.get(error.errno or 0, "the system does not do it, for a reason that is not known here")
+
 
 _SEAL = "sha256"
 
@@ -43,22 +91,22 @@ _SEAL = "sha256"
 
 
 def read_regular(path: str | os.PathLike, largest: int = LARGEST_FILE) -> bytes:
-    """Return the bytes of a regular file; OSError, with a ``strerror`` for people, for anything else.
+    """Return the bytes of a regular file; OSError, see :func:`why`, for anything else.
 
     Devices and pipes, and links to them, are refused before anything is read, as is a file of more than ``largest``
     bytes.
     """
     if "\0" in os.fspath(path):
-        raise OSError(errno.EINVAL, "no file can have such a name", os.fspath(path))
+        raise FileError(errno.EINVAL, _NO_NAME, os.fspath(path))
     if not stat.S_ISREG(os.stat(path).st_mode):
-        raise OSError(errno.EINVAL, NO_FILE, os.fspath(path))
+        raise FileError(errno.EINVAL, NO_FILE, os.fspath(path))
     # Whatever has taken its place meanwhile: a pipe without a writer must not hold us up.
     with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise OSError(errno.EINVAL, NO_FILE, os.fspath(path))
+            raise FileError(errno.EINVAL, NO_FILE, os.fspath(path))
         size = os.fstat(file.fileno()).st_size
         if size > largest:
-            raise OSError(errno.EFBIG, f"it is larger than {largest // 1_000_000:,} MB", os.fspath(path))
+            raise FileError(errno.EFBIG, f"it is larger than {largest // 1_000_000:,} MB", os.fspath(path))
         return file.read(size)
 
 
@@ -84,7 +132,7 @@ def inflate(packed: bytes | memoryview, size: int) -> bytes:
         unpacking = zlib.decompressobj()
         raw = unpacking.decompress(packed, size + 1)
     except zlib.error as error:
-        raise ValueError(str(error)) from None
+        raise ValueError("it is damaged") from error
     if len(raw) != size or not unpacking.eof:
         raise ValueError("it does not hold what it announces")
     return raw
@@ -105,14 +153,14 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
                 with archive.open(member) as file:
                     found[member.filename.removesuffix(".npy")] = _array(file.read(member.file_size))
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, struct.error) as error:
-        raise ValueError(str(error)) from None
+        raise ValueError("it is damaged") from error
     return found
 
 
 def map_array(path: Path) -> np.ndarray:
     """Return the array of a .npy, which stays on the disk; OSError or ValueError if it is damaged or none."""
     if not stat.S_ISREG(os.stat(path).st_mode):
-        raise OSError(errno.EINVAL, NO_FILE, os.fspath(path))
+        raise FileError(errno.EINVAL, NO_FILE, os.fspath(path))
     return np.load(path, mmap_mode="r", allow_pickle=False)
 
 
@@ -156,9 +204,8 @@ def write_whole(path: Path, raw: bytes | bytearray) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, raw)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
         raise StorageError(
-            f"'{path}' cannot be written ({reason}); free some space or choose another folder, and go on with the "
+            f"'{path}' cannot be written ({why(error)}); free some space or choose another folder, and go on with the "
             "same command."
         ) from None
 
@@ -205,7 +252,7 @@ def remove_files(folder: Path, names: Iterable[str]) -> None:
             if _is_ours(path, known[name]):
                 path.unlink()
         except OSError as error:
-            raise StorageError(f"'{path}' cannot be removed ({error.strerror}); remove it yourself.") from None
+            raise StorageError(f"'{path}' cannot be removed ({why(error)}); remove it yourself.") from None
     if known.keys() & set(names):
         _write_list(folder, {name: sums for name, sums in known.items() if name not in names})
 

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import logging
 import struct
 import uuid
 from collections.abc import Iterable
@@ -56,9 +57,9 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
                 check_existing=False,
             )
         except RuntimeError as error:
-            raise ExportError(f"Blender cannot write '{path}': {_reason(str(error))}") from None
+            raise _failure(path, said.getvalue()) from error
     if done != {"FINISHED"} or not path.is_file():
-        raise ExportError(f"Blender cannot write '{path}': {_reason(said.getvalue())}")
+        raise _failure(path, said.getvalue())
     _rename(path, names)
 
 
@@ -72,10 +73,13 @@ def _in_a_window():
         yield
 
 
-def _reason(said: str) -> str:
-    """The line of an operator's error that says what is wrong: the last but for the place in Blender's own code."""
-    lines = [line for line in said.strip().splitlines() if line.strip() and not line.startswith("Location:")]
-    return (lines or ["it does not say why"])[-1]
+def _failure(path: Path, said: str) -> ExportError:
+    """Return the error of an export that came to nothing; the exporter's own words go to the terminal."""
+    logging.getLogger(__name__).error(said)
+    return ExportError(
+        f"Blender's glTF exporter cannot write '{path}'; see that the disk has room and that you may write there, and "
+        "read in the terminal what it says."
+    )
 
 
 def _moved_meshes(armature_object, view_layer) -> list:

@@ -109,8 +109,7 @@ def open_executor(scheduler: str, n_workers: int | None, folder: Path):
         try:
             client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE, security=security))
         except (OSError, TimeoutError, ValueError) as error:
-            reason = str(error).strip().split("\n")[0] or type(error).__name__
-            raise StudyError(f"No scheduler answers at '{scheduler}' ({reason}); start it, or correct it.") from None
+            raise StudyError(f"No scheduler answers at '{scheduler}'; start it, or correct the address.") from error
         check_workers(client, folder)
         roll_call = RollCall(client, scheduler)
         stack.callback(roll_call.end)

@@ -21,7 +21,7 @@ import numpy as np
 
 from ...core.errors import MotionGraphError, SceneError, StorageError, StudyError
 from ...core.evaluation.variability import variability_steps
-from ...core.files import check_alone, check_folder, write_alone, write_files
+from ...core.files import check_alone, check_folder, why, write_alone, write_files
 from ...core.playback.styles import STYLES, walk_steps
 from ...core.playback.walk_motion import motion_steps
 from ...core.progress import ProgressLines, finish
@@ -280,7 +280,7 @@ def run(arguments: list[str], blend: Path | None = None) -> int:
         except OSError as error:
             # A disk that is full does not say which file it was.
             written = error.filename or getattr(options, "json", None) or "the result"
-            sentence = f"'{written}' cannot be written: {error.strerror}."
+            sentence = f"'{written}' cannot be written: {why(error)}."
         print(f"{NAME}: {sentence}", file=sys.stderr, flush=True)
         return 1
 
@@ -348,7 +348,9 @@ def _save(path: Path) -> str:
         # A copy: relative paths follow, and what is open stays what it was.
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     except RuntimeError as error:
-        raise StorageError(f"'{path}' cannot be saved: {str(error).strip().splitlines()[-1]}") from None
+        raise StorageError(
+            f"'{path}' cannot be saved; see that the disk has room, and that you may write to the folder."
+        ) from error
     return str(path)
 
 

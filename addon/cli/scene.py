@@ -19,7 +19,9 @@ def open_blend(path: Path) -> None:
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except RuntimeError as error:
-        raise SceneError(f"'{path}' cannot be opened: {str(error).strip().splitlines()[-1]}") from None
+        raise SceneError(
+            f"'{path}' cannot be opened: it is no .blend file, is damaged, or comes from a later version of Blender."
+        ) from error
 
 
 def find_scene(name: str | None):
@@ -83,7 +85,7 @@ def apply_override(settings, text: str) -> str:
     prop = group.bl_rna.properties[wanted]
     try:
         setattr(group, wanted, _parsed(prop, value))
-    except ValueError as problem:
+    except SceneError as problem:
         return f"'{value}' is no value for '{name}': {problem}."
     return ""
 
@@ -101,28 +103,28 @@ def _names(group) -> list[str]:
 
 
 def _parsed(prop, text: str):
-    """The value of a property that a text stands for; ValueError says what is expected."""
+    """The value of a property that a text stands for; SceneError says what is expected."""
     if prop.type == "BOOLEAN":
         if text.lower() not in _YES + _NO:
-            raise ValueError("say yes or no")
+            raise SceneError("say yes or no")
         return text.lower() in _YES
     if prop.type in ("INT", "FLOAT"):
         texts = text.split(",") if prop.is_array else [text]
         if prop.is_array and len(texts) != prop.array_length:
-            raise ValueError(f"{prop.array_length} numbers with a comma between them are needed")
+            raise SceneError(f"{prop.array_length} numbers with a comma between them are needed")
         numbers = [_number(prop, number) for number in texts]
         return numbers if prop.is_array else numbers[0]
     if prop.type == "ENUM":
         known = prop.enum_items.keys()
         wanted = text.upper().replace(" ", "_").replace("-", "_")
         if wanted not in known:
-            raise ValueError(f"there are {', '.join(known)}")
+            raise SceneError(f"there are {', '.join(known)}")
         return wanted
     if prop.type == "POINTER":
         kind = "objects" if prop.fixed_type.identifier == "Object" else "collections"
         found = getattr(bpy.data, kind).get(text)
         if found is None:
-            raise ValueError(f"the file has no {kind[:-1]} of that name")
+            raise SceneError(f"the file has no {kind[:-1]} of that name")
         return found
     return text
 
@@ -131,11 +133,11 @@ def _number(prop, text: str) -> float | int:
     try:
         number = int(text) if prop.type == "INT" else float(text)
     except ValueError:
-        raise ValueError("a whole number is needed" if prop.type == "INT" else "a number is needed") from None
+        raise SceneError("a whole number is needed" if prop.type == "INT" else "a number is needed") from None
     if not math.isfinite(number):
-        raise ValueError("a finite number is needed")
+        raise SceneError("a finite number is needed")
     if prop.unit == "ROTATION":
         number = math.radians(number)
     if not prop.hard_min <= number <= prop.hard_max:
-        raise ValueError(f"it must be from {prop.hard_min:g} to {prop.hard_max:g}")
+        raise SceneError(f"it must be from {prop.hard_min:g} to {prop.hard_max:g}")
     return number

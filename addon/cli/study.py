@@ -9,6 +9,7 @@ import argparse
 import contextlib
 import hashlib
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -199,9 +200,12 @@ def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) 
                 raw = clip_set_to_bytes(clip_set(scene, source, tell))
     except MotionGraphError as error:
         write_files(folder, {_inside(folder, problem): str(error).encode()})
-    except Exception as error:
+    except Exception:
         # Whatever is wrong with one file, the others can still be studied.
-        said = f"'{source.file.name}' cannot be read: {type(error).__name__} ({error})."
+        logging.getLogger(__name__).exception("A source of the study cannot be read.")
+        said = (
+            f"'{source.file.name}' cannot be read, for a reason that was not foreseen; please report what the log says."
+        )
         write_files(folder, {_inside(folder, problem): said.encode()})
     else:
         write_files(folder, {_inside(folder, file): raw})

@@ -10,7 +10,7 @@ import bpy
 from ...core.embedding.embedding import Embedding
 from ...core.errors import ExportError
 from ...core.export.engine_format import ARRAYS_FILE, HEADER_FILE, TABLE_FILE, engine_files_steps
-from ...core.files import check_folder, remove_files, write_files
+from ...core.files import check_folder, remove_files, why, write_files
 from ...core.motion.graph import MotionGraph
 from ...core.progress import Progress, portion
 from ...core.wording import counted
@@ -66,7 +66,7 @@ def engine_folder_steps(
     try:
         reader = READER.read_bytes()
     except OSError as error:
-        raise ExportError(f"'{READER}' cannot be read: {error.strerror}; install Wayfarer again.") from None
+        raise ExportError(f"'{READER}' cannot be read: {why(error)}; install Wayfarer again.") from None
     files = yield from portion(engine_files_steps(embedding, with_table), 0.0, 0.4 if with_clips else 1.0)
     files |= {READER.name: reader, PAGE_FILE: page.encode()}
     if with_clips:
@@ -112,7 +112,7 @@ def _clips_file(scene, graph: MotionGraph) -> bytes:
             export_clips(character, actions, path)
             return path.read_bytes()
     except OSError as error:
-        raise ExportError(f"The clips cannot be exported: {error}; make room for temporary files.") from None
+        raise ExportError(f"The clips cannot be exported: {why(error)}; make room for temporary files.") from None
     finally:
         for action in baked:
             bpy.data.actions.remove(action)

@@ -183,7 +183,10 @@ class WAYFARER_OT_append_actions(NeedsRig, bpy.types.Operator):
             with library as (there, here):  # the stubs have it return nothing
                 here.actions = list(there.actions)
         except (OSError, RuntimeError) as error:
-            raise ClipError(f"'{path.name}' cannot be read: {str(error).strip().splitlines()[-1]}") from None
+            raise ClipError(
+                f"'{path.name}' cannot be read: it is no .blend file, is damaged, or comes from a later version of "
+                "Blender. Choose another"
+            ) from error
         loaded = [action for action in bpy.data.actions if action.session_uid not in before]
         useless = [action for action in loaded if not _moves(settings.character, action)]
         bpy.data.batch_remove(useless)

@@ -227,7 +227,7 @@ def _phrase(error: Exception) -> str:
         return str(error).rstrip(".")
     if isinstance(error, MemoryError):
         return "they need more memory than there is"
-    return f"they are damaged ({type(error).__name__}: {error})"
+    return "they are damaged"
 
 
 # ----------------------------------------------------------------------------------------------- handlers

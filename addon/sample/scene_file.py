@@ -44,8 +44,7 @@ def append_scene_file(scene, path: Path) -> None:
         with library as (there, _):
             is_sample = all(name in there.collections for name in _COLLECTIONS)
     except OSError as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise SceneError(f"'{path.name}' cannot be read: {reason}; install the extension anew.") from None
+        raise SceneError(f"'{path.name}' cannot be read; install the extension anew.") from error
     if not is_sample:
         raise SceneError(f"'{path.name}' holds no sample scene; install the extension anew.")
     collections = [ensure_collection(scene, name) for name in _COLLECTIONS]

@@ -200,7 +200,9 @@ def open_problem(folder: str) -> Problem:
         halo_x, halo_y = header["halo"]
         plan = plan_parcels(grid, halo_x, halo_y, header["parcel_cells"])
     except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
-        raise EmbeddingError(f"'{folder}' holds no large ground that this version can read ({error}).") from None
+        raise EmbeddingError(
+            f"'{folder}' holds no large ground that this version can read; lay it out anew in an empty folder."
+        ) from error
     graph = load_motion_graph(path / "graph.npz")
     return Problem(path, graph, environment, EmbeddingSettings(FootprintSettings(**footprint)), plan)
 

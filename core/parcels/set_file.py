@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..embedding.node_set import NodeSet
 from ..errors import EmbeddingError
-from ..files import inflate, read_regular, write_whole
+from ..files import inflate, read_regular, why, write_whole
 
 _MAGIC = b"WFSET1\n\0"
 _HEAD = struct.Struct("<III")
@@ -33,7 +33,7 @@ def read_set(path: Path, n_planes: int, plane_bytes: int) -> NodeSet:
     try:
         raw = read_regular(path)
     except OSError as error:
-        raise EmbeddingError(f"'{path}' cannot be read ({error.strerror}); run the embedding again.") from None
+        raise EmbeddingError(f"'{path}' cannot be read ({why(error)}); run the embedding again.") from None
     head = len(_MAGIC) + _HEAD.size
     if len(raw) >= head and raw.startswith(_MAGIC):
         *size, checksum = _HEAD.unpack_from(raw, len(_MAGIC))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import StudyError
+from ..files import why
 
 STUDY_LOCK = ".lock"
 """A file in a study's folder that whoever works there has locked."""
@@ -21,7 +22,7 @@ def only_one(folder: Path, name: str = STUDY_LOCK) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         file = open(folder / name, "ab")  # noqa: SIM115 (closed by the with below)
     except OSError as error:
-        raise StudyError(f"'{folder}' cannot be written to ({error.strerror}); choose another with --out.") from None
+        raise StudyError(f"'{folder}' cannot be written to ({why(error)}); choose another with --out.") from None
     with file:
         try:
             if sys.platform == "win32":

@@ -35,7 +35,7 @@ from typing import Any
 
 from .. import wording
 from ..errors import StudyError
-from ..files import LARGEST_TEXT, read_regular
+from ..files import LARGEST_TEXT, read_regular, why
 from .measures import Measure, checked_measure
 from .settings import Stage, Value, checked, of_stage
 
@@ -134,14 +134,20 @@ def shown(name: str, value: Value) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def _place(error: BaseException) -> str:
+    """Return the line of a file that is no TOML, as far as that is known, as a part of a sentence."""
+    line = re.search(r"line (\d+)", str(error))
+    return f": line {line[1]} cannot be understood" if line else ""
+
+
 def read_plan(path: Path) -> StudyPlan:
     """Read the file of a study; StudyError, naming the file and the entry, if it cannot be understood."""
     try:
         table = tomllib.loads(read_regular(path, LARGEST_TEXT).decode())
     except OSError as error:
-        raise StudyError(f"'{path}' cannot be read: {error.strerror or error}.") from None
+        raise StudyError(f"'{path}' cannot be read: {why(error)}.") from None
     except (ValueError, RecursionError) as error:
-        raise StudyError(f"'{path}' is no TOML: {error}.") from None
+        raise StudyError(f"'{path}' is no TOML{_place(error)}; correct it.") from error
     try:
         return plan_of(table, path.parent, path.stem)
     except StudyError as error:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
@@ -29,7 +30,7 @@ _LABEL = 60
 """Characters of a case's label in the name of its maps' folder, which must not exceed 255 bytes."""
 
 _GONE = (
-    "The workers are gone ({}). What is finished is kept: see that the scheduler and its workers run, and start the "
+    "The workers are gone{}. What is finished is kept: see that the scheduler and its workers run, and start the "
     "same study again."
 )
 
@@ -349,14 +350,17 @@ def _problem(future: Future) -> tuple[str, bool]:
 
 
 def _reason(error: BaseException) -> str:
-    if isinstance(error, CancelledError):
-        return "the scheduler does not answer any more"
-    return str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
+    return " (the scheduler does not answer any more)" if isinstance(error, CancelledError) else ""
 
 
 def _fault(error: BaseException) -> str:
-    """Put a fault into a sentence."""
-    return f"It failed: {type(error).__name__} ({_reason(error)})."
+    """Put a fault into a sentence; what Python says of it goes to the log."""
+    if isinstance(error, MemoryError):
+        return "It needs more memory than there is."
+    if type(error).__name__ == "KilledWorker":  # of a library that not everybody has
+        return "Its workers died of it, one after another; give them more memory, or it a smaller ground."
+    logging.getLogger(__name__).error("A case failed.", exc_info=error)
+    return "It failed, for a reason that was not foreseen; the log of the run has the details, please report them."
 
 
 def _known(path: Path, any_version: bool = False) -> CaseResult | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import StudyError
-from ..files import LARGEST_TEXT, check_folder, check_plain, read_regular, write_whole
+from ..files import LARGEST_TEXT, check_folder, check_plain, read_regular, why, write_whole
 from .clip_set import holds_motion_graph
 from .plan import Source, StudyPlan
 
@@ -72,7 +72,7 @@ def _input(folder: Path, kind: str, source: Source) -> Input:
     try:
         raw = read_regular(file)
     except OSError as error:
-        return Input("", file, problem=f"'{file}' cannot be read: {error.strerror or error}.")
+        return Input("", file, problem=f"'{file}' cannot be read: {why(error)}.")
     digest = hashlib.sha256(raw).hexdigest()
     copy = folder / "inputs" / f"{digest[:32]}.npz"
     if not copy.exists():
@@ -84,4 +84,4 @@ def _said(problem: Path) -> str:
     try:
         return read_regular(problem, LARGEST_TEXT).decode("utf-8", "replace")
     except OSError as error:
-        return f"'{problem}' cannot be read: {error.strerror or error}."
+        return f"'{problem}' cannot be read: {why(error)}."

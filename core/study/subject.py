@@ -158,7 +158,5 @@ class ParcelledGround(Subject):
                 (x, y), part = maps["corner"], maps[name]
                 whole[x : x + part.shape[0], y : y + part.shape[1]] = part
             except (OSError, ValueError, LookupError, TypeError) as error:
-                raise StudyError(
-                    f"'{path}' is damaged ({error}); delete the folder 'large', and start again."
-                ) from None
+                raise StudyError(f"'{path}' is damaged; delete the folder 'large', and start again.") from error
         return whole

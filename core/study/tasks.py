@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..embedding.embedding import Embedding
 from ..errors import MotionGraphError, StorageError
-from ..files import write_whole
+from ..files import why, write_whole
 from ..motion.graph import MotionGraph, build_motion_graph
 from ..motion.graph_archive import graph_to_bytes, load_motion_graph
 from ..parcels.embedding import ParcelSummary
@@ -84,8 +84,7 @@ def lay_out(scene: str, graph: str, values: Mapping[str, Value], folder: str) ->
     except MotionGraphError as error:
         return str(error)
     except OSError as error:
-        reason = error.strerror or error
-        raise StorageError(f"'{folder}' cannot be written ({reason}); free some space and go on.") from None
+        raise StorageError(f"'{folder}' cannot be written ({why(error)}); free some space and go on.") from None
     return ""
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import contextlib
+import errno
 import hashlib
 import io
 import json
@@ -25,8 +26,10 @@ from core.files import (
     read_arrays,
     read_regular,
     remove_files,
+    why,
     write_alone,
     write_files,
+    write_whole,
 )
 from core.motion.graph_archive import GRAPH_FORMAT, graph_to_arrays, load_motion_graph
 from core.parcels.set_file import read_set
@@ -123,7 +126,7 @@ def test_whatever_stops_the_writing_leaves_only_what_we_know_again(tmp_path, mon
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", failing)
-    with pytest.raises(StorageError, match="No space left"):
+    with pytest.raises(StorageError, match="the disk is full"):
         write_files(tmp_path, {"a.txt": b"new", "b.txt": b"new"})
     monkeypatch.undo()
     assert (content(tmp_path)["a.txt"], content(tmp_path)["b.txt"]) == (b"new", b"old")
@@ -283,3 +286,29 @@ def test_json_that_is_nested_too_deeply_is_no_json(tmp_path):
 
     with pytest.raises(EmbeddingError, match=r"journal\.json' is damaged"):
         Work(Problem(), None)
+
+
+def test_what_the_system_says_of_a_file_comes_in_our_words(tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    told = {
+        tmp_path / "nowhere": "there is no such file or folder",
+        tmp_path / "file" / "below": "a part of its path is a file, and no folder",
+        tmp_path: "it is a folder or a device, and no file",
+        tmp_path / ("long" * 100): "its name is too long",
+        tmp_path / "zero\0": "no file can have such a name",
+    }
+    for path, reason in told.items():
+        with pytest.raises(OSError) as caught:  # noqa: PT011 (its kind is what is tested)
+            read_regular(path)
+        assert why(caught.value) == reason
+    # All that Python's own words would be quoted for.
+    for number in errno.errorcode:
+        assert os.strerror(number).lower() not in why(OSError(number, os.strerror(number))).lower()
+    assert why(OSError("Blender's words")) == why(OSError(errno.EDOM, "")) and "not known" in why(OSError())
+
+
+def test_a_folder_that_nobody_may_write_to_is_told(tmp_path):
+    path = tmp_path / "nested" / "a.txt"
+    (tmp_path / "nested").write_bytes(b"")
+    with pytest.raises(StorageError, match=r"a part of its path|something of that name"):
+        write_whole(path, b"new")
