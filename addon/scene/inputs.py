@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.environment.environment import Environment, build_environment_steps
 from ...core.environment.grid import Grid
-from ...core.environment.pieces import Piece, all_triangles
+from ...core.environment.pieces import Piece, solid_triangles
 from ...core.environment.regions import Region, RegionRule
 from ...core.errors import ClipError, SceneError
 from ...core.motion.clip import MotionClip
@@ -164,8 +164,8 @@ class SceneShapes:
 
     @property
     def obstacles(self) -> np.ndarray:
-        """(T, 3, 3) world-space triangles in metres of all obstacles."""
-        return all_triangles(self.pieces)
+        """(T, 3, 3) world-space triangles in metres of all obstacles; those of solid ones look outwards."""
+        return solid_triangles(self.pieces, (self.low, self.high))
 
     @cached_property
     def fingerprint(self) -> str:
@@ -281,13 +281,12 @@ def make_environment_steps(
 ) -> Generator[Progress, None, Environment]:
     """Make the environment in steps, for which nothing of Blender's is needed any more.
 
-    With a ``memory``, obstacles that stand where they stood when it was made last are not looked at again.
+    With a ``memory``, obstacles and a ground that are where they were when it was made last are not looked at again.
     """
     settings = scene.wayfarer.environment
     grid = Grid.over_rectangle(shapes.low, shapes.high, settings.cell_size, settings.n_headings, settings.tiled)
     body, cache = settings.to_core(shapes.ground_height), memory.obstacles if memory is not None else None
-    ground = None if shapes.ground is None else shapes.ground.triangles()
-    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, cache, ground)
+    return build_environment_steps(grid, shapes.pieces, scene_regions(scene, shapes), body, cache, shapes.ground)
 
 
 def scene_regions(scene, shapes: SceneShapes) -> list[Region]:

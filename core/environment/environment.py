@@ -11,7 +11,7 @@ from ..progress import Progress, finish
 from .grid import SUBDIVISION, Grid
 from .obstacle_masks import ObstacleCache
 from .obstacles import MAX_SAMPLES, SAMPLE_BYTES, clip_to_heights, samples_within, solid_strips
-from .pieces import Piece, all_triangles
+from .pieces import Piece, Shape, solid_triangles
 from .regions import Region, RegionMask, RegionRule, rasterise_regions, samples_inside
 
 
@@ -93,7 +93,7 @@ def build_environment(
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
     memory: ObstacleCache | None = None,
-    ground: np.ndarray | None = None,
+    ground: np.ndarray | Piece | None = None,
 ) -> Environment:
     """Rasterise obstacles and regions, see :func:`build_environment_steps`.
 
@@ -113,7 +113,7 @@ def build_environment_steps(
     regions: Sequence[Region] = (),
     settings: EnvironmentSettings | None = None,
     memory: ObstacleCache | None = None,
-    ground: np.ndarray | None = None,
+    ground: np.ndarray | Piece | None = None,
 ) -> Generator[Progress, None, Environment]:
     """Rasterise obstacles and regions. Yields progress.
 
@@ -123,9 +123,9 @@ def build_environment_steps(
         World-space triangles in metres. Only what lies between step height and head height above the ground counts.
     regions : sequence of Region
     memory : ObstacleCache, optional
-        What the pieces left when they were last rasterised: those that it knows are not looked at again, and the
-        others in several steps. The environment is the same with it and without.
-    ground : (T, 3, 3) float array, optional
+        What the pieces and the ground left when they were last rasterised: those that it knows are not looked at
+        again, and the others in several steps. The environment is the same with it and without.
+    ground : (T, 3, 3) float array or Piece, optional
         World-space triangles in metres of what can be stood on, seen from above: the root keeps to samples that they
         cover wholly. By default that is the whole grid.
 
@@ -154,14 +154,17 @@ def build_environment_steps(
         triangles = np.asarray(obstacles, dtype=float)
         if triangles.size and triangles.shape[1:] != (3, 3):
             raise SceneError(f"Obstacles are triangles of shape (T, 3, 3), not {triangles.shape}.")
-        blocked = _blocked(grid, triangles.reshape(-1, 3, 3), settings.radius, low, high)
-    elif memory is not None and memory.serves(grid):
+        obstacles = (Piece(Shape(triangles.reshape(-1, 3, 3)), np.eye(4)),)
+    memory = memory if memory is not None and memory.serves(grid) else None
+    if memory is not None:
         blocked = yield from memory.blocked_steps(grid, obstacles, settings.radius, low, high)
     else:
-        blocked = _blocked(grid, all_triangles(obstacles), settings.radius, low, high)
+        blocked = _blocked(grid, solid_triangles(obstacles, grid.corners, (low, high)), settings.radius, low, high)
     if ground is not None:
         yield Progress(1.0, "Outlining the ground")
-        blocked = blocked | ~samples_inside(ground, grid)
+        if isinstance(ground, np.ndarray):
+            ground = Piece(Shape(ground), np.eye(4))
+        blocked |= ~(samples_inside(ground.triangles(), grid) if memory is None else memory.ground(grid, ground))
     return Environment(grid, blocked, rasterise_regions(regions, grid))
 
 

@@ -107,6 +107,12 @@ class Grid:
         """Width and depth of the ground in metres."""
         return self.shape[0] * self.cell_size, self.shape[1] * self.cell_size
 
+    @property
+    def corners(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lowest and highest x and y of the ground in metres."""
+        (x, y), (width, depth) = self.origin, self.size
+        return (x, y), (x + width, y + depth)
+
     def positions(self, cells: np.ndarray) -> np.ndarray:
         """(..., 2) world x, y in metres of the centres of (..., 2) cells; cells may lie outside (unwrapped tiles)."""
         return np.asarray(self.origin) + (np.asarray(cells) + 0.5) * self.cell_size

@@ -19,7 +19,8 @@ from .obstacles import (
     occupied_samples,
     solid_where,
 )
-from .pieces import Piece, all_triangles
+from .pieces import Piece, solid_triangles
+from .regions import samples_inside
 
 #: Pieces that follow each other are looked at together until they have so many triangles.
 _TRIANGLES_TOGETHER = 5_000
@@ -55,15 +56,23 @@ class ObstacleMask:
 
 
 class ObstacleCache:
-    """The masks that the pieces of a scene left when its obstacles were last rasterised."""
+    """The masks that the pieces of a scene, and its ground, left when they were last rasterised."""
 
     def __init__(self):
         self._ground: tuple = ()
         self._known = _Masks()
+        self._outline: tuple[tuple, np.ndarray] | None = None
 
     def serves(self, grid: Grid) -> bool:
         """Test whether masks on this ground are kept: not where they are large, nor where everything repeats."""
         return not grid.tiled and grid.shape[0] * grid.shape[1] * SUBDIVISION**2 <= _MAX_SAMPLES
+
+    def ground(self, grid: Grid, piece: Piece) -> np.ndarray:
+        """(4 nx, 4 ny) bool: samples wholly inside what the ground covers, see :func:`.regions.samples_inside`."""
+        key = grid.shape[:2], grid.cell_size, grid.origin, piece.key
+        if self._outline is None or self._outline[0] != key:
+            self._outline = key, samples_inside(piece.triangles(), grid)
+        return self._outline[1]
 
     def blocked_steps(
         self, grid: Grid, pieces: Sequence[Piece], radius: float, low: float, high: float
@@ -171,7 +180,7 @@ def _mask_steps(
     grid: Grid, pieces: Sequence[Piece], margin: int, low: float, high: float, done: float
 ) -> Generator[Progress, None, ObstacleMask]:
     """The mask of some pieces, a bearable number of triangles at a time; ``done`` is the share of all work before."""
-    triangles, total = all_triangles(pieces), _Sum()
+    triangles, total = solid_triangles(pieces, grid.corners, (low, high)), _Sum()
     for start in range(0, len(triangles), _TRIANGLES_AT_ONCE):
         yield Progress(done, "Looking at the obstacles")
         part = triangles[start : start + _TRIANGLES_AT_ONCE]

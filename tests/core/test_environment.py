@@ -13,9 +13,11 @@ from core.environment.dilation import samples_near
 from core.environment.environment import Environment, EnvironmentSettings, build_environment
 from core.environment.grid import SUBDIVISION, Grid
 from core.environment.ground import fills_rectangle
+from core.environment.obstacle_masks import ObstacleCache
 from core.environment.obstacles import clip_to_heights, rasterise, samples_within
-from core.environment.pieces import Piece, Shape
+from core.environment.pieces import Piece, Shape, solid_triangles
 from core.environment.regions import Region, RegionRule, samples_inside
+from core.environment.solids import turned_faces
 from core.errors import SceneError
 
 from .geometry import box_triangles, distance_to_polygons
@@ -109,6 +111,38 @@ def test_rooms_and_ceilings_are_not_solid():
     for open_air in (room, ceiling, plane, plane - [0, 0, 5]):
         assert not build_environment(grid, open_air).blocked[middle]
     assert build_environment(grid, room[:, ::-1]).blocked[middle]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6))
+def test_whichever_way_the_faces_of_a_closed_mesh_look_it_is_solid(seed):
+    """Alone, in each other, side by side and one upon the other; also with an open sheet among them."""
+    rng = np.random.default_rng(seed)
+    grid = Grid((24, 24, 4), 0.25)
+    boxes = [box_triangles((1, 1, -0.5), (2, 2, 1)), box_triangles((2, 1, -0.5), (3, 2, 3))]
+    boxes += [box_triangles((1, 1, 1), (2, 2, 4)), box_triangles((1.5, 1.4, -1), (4, 2.6, 2.5))]
+    low = rng.uniform(0, 4, 2)
+    boxes += [box_triangles((*low, -0.2), (*(low + rng.uniform(0.2, 2, 2)), 2.2)), box_triangles((0, 5, 0), (5, 6, 2))]
+    sheet = boxes.pop()[:5]
+    body = EnvironmentSettings(radius=0.0)
+    expected = build_environment(grid, np.concatenate([*boxes, sheet]), settings=body).blocked
+    parts = []
+    for box in boxes:
+        looks_in = rng.random(12) < rng.choice([0.0, 0.5, 1.0])
+        parts.append(np.where(looks_in[:, None, None], box[:, ::-1], box))
+    pieces = [Piece(Shape(part), np.eye(4)) for part in (*parts, sheet)]
+    assert np.array_equal(build_environment(grid, pieces, settings=body).blocked, expected)
+    assert np.array_equal(build_environment(grid, pieces, settings=body, memory=ObstacleCache()).blocked, expected)
+    outwards = solid_triangles(pieces, grid.corners)
+    assert np.array_equal(build_environment(grid, outwards, settings=body).blocked, expected)
+
+
+def test_a_box_that_looks_inwards_is_solid_and_a_mesh_with_a_hole_stays_as_it_is():
+    grid = Grid((20, 20, 4), 0.2)
+    box = box_triangles((1, 1, -0.1), (3, 3, 2.5))
+    assert build_environment(grid, box[:, ::-1]).blocked[40, 40]
+    assert turned_faces(box) is None and turned_faces(box[:, ::-1][1:]) is None
+    assert turned_faces(np.empty((0, 3, 3))) is None
 
 
 def test_a_ground_too_large_for_memory_is_refused():

@@ -42,6 +42,24 @@ def placed(rng: np.random.Generator) -> Piece:
     return Piece(SHAPES[rng.integers(len(SHAPES))], matrix)
 
 
+def test_an_outlined_ground_is_looked_at_once():
+    memory, kept = ObstacleCache(), []
+    bend = box([5]).triangles * [4.0, 3.0, 0.0]
+    outline = Shape(np.concatenate([bend, bend[:, :, [1, 0, 2]]]))
+    grids = [Grid((8, 8, 4), 0.5), Grid((8, 8, 4), 0.5, (0.1, 0.0)), Grid((7, 8, 4), 0.5), Grid((8, 8, 4), 0.45)]
+    for grid in grids:
+        for ground in (Piece(outline, np.eye(4)), Piece(outline, np.diag([1.0, 0.9, 1.0, 1.0]))):
+            for shift in range(3):
+                obstacle = Piece(SHAPES[0], np.diag([0.5, 0.5 + 0.2 * shift, 2.0, 1.0]))
+                found = build_environment(grid, [obstacle], memory=memory, ground=ground)
+                expected = build_environment(grid, [obstacle], ground=ground.triangles())
+                np.testing.assert_array_equal(found.blocked, expected.blocked)
+                assert found.blocked.any() and not found.blocked.all()
+                kept.append(memory.ground(grid, ground))
+    # The very same mask while only an obstacle moves.
+    assert len({id(mask) for mask in kept}) == len(kept) / 3
+
+
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), tiled=st.booleans(), together=st.sampled_from([1, 20, 5_000]))
 def test_what_has_moved_is_all_that_changes(seed, tiled, together):
