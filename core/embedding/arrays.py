@@ -80,6 +80,8 @@ def fields_to_arrays(
         "valid": _plane_bytes(unrolling.valid, layout),
         "planes": _plane_bytes(planes, layout),
     }
+    if environment.off_ground is not None:
+        arrays["off_ground"] = environment.off_ground
     return content, arrays
 
 
@@ -99,7 +101,7 @@ def fields_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarr
         RegionMask(name, RegionRule(rule), tag, mask)
         for (name, rule, tag), mask in zip(content["regions"], masks, strict=True)
     ]
-    environment = Environment(grid, arrays["blocked"], tuple(regions))
+    environment = Environment(grid, arrays["blocked"], tuple(regions), arrays.get("off_ground"))
     footprint = dict(content["settings"]["footprint"])
     footprint["rule"] = FootprintRule(footprint["rule"])
     settings = EmbeddingSettings(FootprintSettings(**footprint), float(content["settings"]["memory_limit"]))

@@ -47,15 +47,19 @@ class Environment:
     blocked : (4 nx, 4 ny) bool array
         Samples with any point closer to an obstacle than the character's radius, or off the ground.
     regions : tuple of RegionMask
+    off_ground : (4 nx, 4 ny) bool array, optional
+        The blocked samples that an outlined ground does not cover wholly; None where the ground is the whole grid.
     """
 
     grid: Grid
     blocked: np.ndarray
     regions: tuple[RegionMask, ...] = ()
+    off_ground: np.ndarray | None = None
 
     def __post_init__(self):
         expected = (self.grid.shape[0] * SUBDIVISION, self.grid.shape[1] * SUBDIVISION)
-        for name, mask in [("blocked", self.blocked), *((r.name, r.mask) for r in self.regions)]:
+        own = [("blocked", self.blocked)] + ([] if self.off_ground is None else [("off_ground", self.off_ground)])
+        for name, mask in [*own, *((r.name, r.mask) for r in self.regions)]:
             if mask.shape != expected or mask.dtype != bool:
                 raise SceneError(
                     f"The mask '{name}' has {mask.shape} {mask.dtype} samples; the grid needs {expected} bool."
@@ -80,6 +84,13 @@ class Environment:
             if confining:
                 free = free & np.logical_or.reduce(confining)
         return free
+
+    def bare_cells(self) -> np.ndarray:
+        """Return (nx, ny) bool: cells at whose centre there is no ground."""
+        if self.off_ground is None:
+            return np.zeros(self.grid.shape[:2], dtype=bool)
+        corner = SUBDIVISION // 2
+        return self.off_ground[corner::SUBDIVISION, corner::SUBDIVISION]
 
     def free_cells(self) -> np.ndarray:
         """Return (nx, ny) bool: cells at whose centre a character may stand, whatever it is doing there."""
@@ -160,12 +171,14 @@ def build_environment_steps(
         blocked = yield from memory.blocked_steps(grid, obstacles, settings.radius, low, high)
     else:
         blocked = _blocked(grid, solid_triangles(obstacles, grid.corners, (low, high)), settings.radius, low, high)
+    off_ground = None
     if ground is not None:
         yield Progress(1.0, "Outlining the ground")
         if isinstance(ground, np.ndarray):
             ground = Piece(Shape(ground), np.eye(4))
-        blocked |= ~(samples_inside(ground.triangles(), grid) if memory is None else memory.ground(grid, ground))
-    return Environment(grid, blocked, rasterise_regions(regions, grid))
+        off_ground = ~(samples_inside(ground.triangles(), grid) if memory is None else memory.ground(grid, ground))
+        blocked |= off_ground
+    return Environment(grid, blocked, rasterise_regions(regions, grid), off_ground)
 
 
 def _blocked(grid: Grid, triangles: np.ndarray, radius: float, low: float, high: float) -> np.ndarray:

@@ -29,6 +29,7 @@ _PHRASE = {
     Reason.NO_MATCH: "ways in and out do not match",
     Reason.OTHER_COMPONENT: "cut off from the rest",
     Reason.UNREACHABLE: "nothing fits there",
+    Reason.NO_GROUND: "no ground here",
 }
 
 

@@ -41,6 +41,8 @@ class Reason(IntEnum):
     """Endless walks pass there, but the embedding neither leads to them nor can be reached from them."""
     UNREACHABLE = 8
     """No segment fits there, or only walks that begin and end nowhere."""
+    NO_GROUND = 9
+    """The ground does not reach there; goes before BLOCKED."""
 
 
 #: How each reason is named on maps and in reports.
@@ -54,6 +56,7 @@ REASON_LABELS = {
     Reason.NO_MATCH: "Ways In and Out Do Not Match",
     Reason.OTHER_COMPONENT: "Only in Another Component",
     Reason.UNREACHABLE: "No Segment Fits",
+    Reason.NO_GROUND: "No Ground Here",
 }
 
 
@@ -84,6 +87,7 @@ def why_not_steps(embedding: Embedding) -> Generator[Progress, None, np.ndarray]
     reason[~allowed] = Reason.FORBIDDEN
     reason[ruled_cells(environment) & ~at.any(axis=2)] = Reason.RULE
     reason[~free] = Reason.BLOCKED
+    reason[environment.bare_cells()] = Reason.NO_GROUND
     reason[at] = Reason.EMBEDDED
     return reason
 
@@ -165,7 +169,8 @@ class LostLinks:
 def lost_links_steps(embedding: Embedding) -> Generator[Progress, None, LostLinks]:
     """Count the one-step links that obstacles and regions cost."""
     environment, sweep = embedding.environment, embedding.unrolling.sweep
-    bare = replace(environment, blocked=np.zeros_like(environment.blocked), regions=())
+    nothing = np.zeros_like(environment.blocked) if environment.off_ground is None else environment.off_ground
+    bare = replace(environment, blocked=nothing, regions=())
     unruled = replace(environment, regions=())
     on_bare_ground = yield from portion(unroll_steps(sweep, bare), 0.0, 0.3)
     possible = yield from portion(_count_steps(embedding, on_bare_ground.valid), 0.3, 0.4)

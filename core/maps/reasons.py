@@ -26,6 +26,7 @@ _REASON_COLORS = {
     Reason.NO_MATCH: (0.80, 0.47, 0.65),
     Reason.OTHER_COMPONENT: (0.00, 0.62, 0.45),
     Reason.UNREACHABLE: (0.45, 0.45, 0.47),
+    Reason.NO_GROUND: (0.68, 0.88, 0.98),
 }
 
 # sRGB, apart for everybody: vermilion and yellow of Okabe and Ito's palette on light and dark grey.

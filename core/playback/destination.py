@@ -19,6 +19,7 @@ _BECAUSE = {
     Reason.NO_MATCH: "Walks lead there and away, but by clips that cannot follow one another.",
     Reason.OTHER_COMPONENT: "Walks pass there, but none connects it with the rest of the floor.",
     Reason.UNREACHABLE: "No clip fits in there.",
+    Reason.NO_GROUND: "There is no ground.",
 }
 
 

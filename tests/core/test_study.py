@@ -148,7 +148,11 @@ def test_what_can_only_be_crossed_is_not_missing():
     why, floor = finish(why_not_steps(ground.embedding)), floor_cells(ground.embedding)
     assert (why == Reason.RULE).any() and floor.any() and not (why[floor] == Reason.RULE).any()
     assert 0 < missing() == pytest.approx(1 - measured(checked_measure("heading_coverage"), ground))
-    by_reason = {r: missing(reason=r.name.lower()) for r in Reason if r not in (Reason.EMBEDDED, Reason.BLOCKED)}
+    by_reason = {
+        r: missing(reason=r.name.lower())
+        for r in Reason
+        if r not in (Reason.EMBEDDED, Reason.BLOCKED, Reason.NO_GROUND)
+    }
     n_places = np.count_nonzero(floor) * why.shape[2]
     assert all(share == np.count_nonzero(why == reason) / n_places for reason, share in by_reason.items())
     outside = by_reason[Reason.RULE] + by_reason[Reason.FORBIDDEN]

@@ -1,10 +1,13 @@
 """Reasons for what is outside the embedding, against the explicit links."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.embedding.archive import embedding_from_bytes, embedding_to_bytes
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintSettings
 from core.environment.environment import Environment
@@ -87,9 +90,23 @@ def test_every_reason_occurs_in_the_random_problems():
     found = set()
     for seed in range(400):
         found |= set(np.unique(finish(why_not_steps(embed(*random_problem(seed, seed % 2 == 0), SETTINGS)))).tolist())
-        if len(found) == len(Reason):
+        if found == set(Reason) - {Reason.NO_GROUND}:
             return
     pytest.fail(f"never seen: {set(Reason) - found}")
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_where_there_is_no_ground_it_is_no_obstacle_that_is_too_near(seed, tiled):
+    graph, environment = random_problem(seed, tiled)
+    off_ground = environment.blocked & (np.random.default_rng(seed).random(environment.blocked.shape) < 0.5)
+    outlined = embed(graph, replace(environment, off_ground=off_ground), SETTINGS)
+    expected = finish(why_not_steps(embed(graph, environment, SETTINGS)))
+    expected[off_ground[2::4, 2::4]] = Reason.NO_GROUND
+    assert np.array_equal(finish(why_not_steps(outlined)), expected)
+    lost = finish(lost_links_steps(outlined))
+    assert lost.possible == lost.obstacles + lost.regions + lost.free and lost.embedded <= lost.free
+    again = embedding_from_bytes(embedding_to_bytes(outlined))
+    assert np.array_equal(again.environment.off_ground, off_ground)
 
 
 @given(st.integers(0, 10**6), st.booleans())

@@ -118,7 +118,8 @@ def _lost_share(found: LostLinks) -> float:
     return (found.obstacles + found.regions) / max(found.possible, 1)
 
 
-_REASON = one_of([reason.name.lower() for reason in Reason if reason not in (Reason.EMBEDDED, Reason.BLOCKED)])
+_NO_PLACES = (Reason.EMBEDDED, Reason.BLOCKED, Reason.NO_GROUND)
+_REASON = one_of([reason.name.lower() for reason in Reason if reason not in _NO_PLACES])
 
 COVERAGE = Topic(
     "COVERAGE",
