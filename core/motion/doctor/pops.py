@@ -43,9 +43,9 @@ def pops(clip: MotionClip, settings: PopSettings) -> list[tuple[int, int, tuple[
     off = misplacement(clip.world[1])
     off[:, clip.skeleton.fingers] = 0.0
     far = off > size * (settings.distance + settings.speed / rate)
-    flagged = np.zeros_like(far)
+    flagged, always = np.zeros_like(far), np.median(off[2:-2], axis=0)
     for frame in np.flatnonzero(far.any(axis=1)):
-        flagged[frame] = far[frame] & (off[frame] > settings.ratio * (_usual(off, frame, rate) + 2e-4 * size))
+        flagged[frame] = far[frame] & (off[frame] > settings.ratio * (_usual(off, frame, rate, always) + 2e-4 * size))
     found = []
     frames = np.flatnonzero(flagged.any(axis=1))
     for group in np.split(frames, np.flatnonzero(np.diff(frames) > _NEAR) + 1):
@@ -60,13 +60,12 @@ def pops(clip: MotionClip, settings: PopSettings) -> list[tuple[int, int, tuple[
     return found
 
 
-def _usual(off: np.ndarray, frame: int, rate: float) -> np.ndarray:
-    """(J,) what three in four frames around ``frame`` stay below; what a pop there spoils is left out."""
+def _usual(off: np.ndarray, frame: int, rate: float, always: np.ndarray) -> np.ndarray:
+    """(J,) what three in four frames around ``frame`` stay below, ``always`` at least; without a pop's own."""
     window = np.arange(frame - round(rate / 2), frame + round(rate / 2) + 1)
     # The first two and last two frames are judged from one side, and less surely.
     window = window[(np.abs(window - frame) > _NEAR) & (window >= 2) & (window < len(off) - 2)]
-    usual = np.median(off[2:-2], axis=0)
-    return np.maximum(usual, np.percentile(off[window], 75, axis=0)) if len(window) else usual
+    return np.maximum(always, np.percentile(off[window], 75, axis=0)) if len(window) else always
 
 
 def misplacement(positions: np.ndarray) -> np.ndarray:
