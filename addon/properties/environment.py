@@ -6,6 +6,7 @@ import bpy
 from bpy.props import CollectionProperty
 
 from ...core.environment.environment import EnvironmentSettings
+from ...core.environment.grid import MOST_HEADINGS
 from ...core.environment.regions import RegionRule
 from .definitions import (
     BoolProperty,
@@ -137,6 +138,7 @@ class WayfarerEnvironmentSettings(bpy.types.PropertyGroup):
         description="Directions that the character can face in a cell, evenly spaced",
         default=24,
         min=4,
+        max=MOST_HEADINGS,
         soft_max=72,
     )
     radius: FloatProperty(

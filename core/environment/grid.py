@@ -10,6 +10,9 @@ from ..errors import SceneError
 #: Obstacles and paths are resolved on SUBDIVISION x SUBDIVISION samples to a cell.
 SUBDIVISION = 4
 
+#: A tenth of a degree each: no motion tells more apart.
+MOST_HEADINGS = 3600
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -35,6 +38,11 @@ class Grid:
         if len(self.shape) != 3 or any(int(n) != n or n < 1 for n in self.shape):
             raise SceneError(
                 f"The grid has {self.shape} cells and headings; it needs whole numbers, at least one of each."
+            )
+        if self.n_headings > MOST_HEADINGS:
+            raise SceneError(
+                f"{wording.number(self.n_headings)} Headings are more than anybody can tell apart; use "
+                f"{wording.number(MOST_HEADINGS)} or fewer."
             )
         if not (np.isfinite(self.cell_size) and self.cell_size > 0):
             raise SceneError(f"The Cell Size is {self.cell_size}; it must be a positive length.")

@@ -24,6 +24,9 @@ from .reach import NEVER, ReachField, time_to_reach_steps
 #: Metres between two places below which single segments decide, not the way.
 MIN_DISTANCE = 1.0
 
+#: Pairs that are compared at most; the standard error of their mean is a thousandth by then.
+MOST_PAIRS = 100_000
+
 
 @dataclass(frozen=True)
 class PathEfficiency:
@@ -112,10 +115,15 @@ def path_efficiency_steps(
     Raises
     ------
     EvaluationError
-        The embedding is empty, or no two places are far enough apart.
+        The embedding is empty, there are to be no pairs or too many, or no two places are far enough apart.
     """
     if n_pairs < 1 or n_goals < 1:
         raise EvaluationError(f"{n_pairs} pairs with {n_goals} goals cannot be compared; ask for one or more of each.")
+    if max(n_pairs, n_goals) > MOST_PAIRS:
+        raise EvaluationError(
+            f"{wording.counted(max(n_pairs, n_goals), 'pair')} of places would take days to compare; ask for "
+            f"{wording.number(MOST_PAIRS)} or fewer, which tell as much."
+        )
     places = np.argwhere(embedding.covered().any(axis=2))
     yield Progress(0.0, "Measuring the ground")
     geodesics, lengths = Geodesics(embedding.environment), WalkedLengths(embedding)

@@ -20,7 +20,7 @@ from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
 from ..progress import Progress
 from .reservation import Reservation, StencilPaths
-from .walk import Trail, Walk, node_in_cell, refuse_bad_duration, refuse_empty
+from .walk import Trail, Walk, node_in_cell, refuse_bad_duration, refuse_empty, refuse_too_long
 from .weighted import Memory, Weighting, probabilities, uniform
 
 #: Nodes tried between two reports of progress.
@@ -185,6 +185,7 @@ def crowd_steps(
     """
     settings = settings or CrowdSettings()
     refuse_bad_duration(duration)
+    refuse_too_long(embedding, duration, len(starts))
     refuse_empty(embedding)
     reader = LinkReader(embedding)
     astray = np.flatnonzero(~reader.are_nodes(np.array(starts, dtype=int).reshape(-1, 4)))

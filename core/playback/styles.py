@@ -21,7 +21,15 @@ from .destination import destination
 from .directed import walk_through_steps
 from .loop import loop_steps
 from .performance import continued, perform_steps
-from .walk import Walk, WalkSettings, nearest_node, random_node, random_walk_steps
+from .walk import (
+    Walk,
+    WalkSettings,
+    nearest_node,
+    random_node,
+    random_walk_steps,
+    refuse_bad_duration,
+    refuse_too_long,
+)
 from .wandering import wandering_walk_steps
 from .weighted import Weighting, uniform
 
@@ -115,6 +123,9 @@ def walk_steps(embedding: Embedding, request: WalkRequest) -> Generator[Progress
         There is no such walk; the message says why.
     """
     style, rng = STYLES[request.style], np.random.default_rng(request.seed)
+    if request.walk_on or not style.arrives:
+        refuse_bad_duration(request.duration)
+        refuse_too_long(embedding, request.duration)
     yield Progress(0.0, "Finding a start")
     goes_on = request.walk_on and style.arrives
     walk = yield from portion(style.plan(embedding, request, rng), 0.05, 0.7 if goes_on else 1.0)

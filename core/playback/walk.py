@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import wording
 from ..embedding.embedding import Embedding
 from ..embedding.footprint import edited_path
 from ..embedding.link_reader import LinkReader, Node
@@ -15,6 +16,9 @@ from .weighted import Crossing, Memory, Weighting, probabilities, uniform
 
 #: Links between two reports of progress.
 REPORTED_LINKS = 100
+
+_BYTES = 800
+"""Memory that a joint takes in a frame of a walk: 300 while its motion is made, 500 as curves of an action."""
 
 NOT_A_START = "The walk's start is no node of the embedding; choose a place inside the covered area."
 
@@ -139,6 +143,21 @@ def refuse_bad_duration(duration: float) -> None:
     """Raise WalkError unless the duration is a positive number."""
     if not (np.isfinite(duration) and duration > 0):
         raise WalkError(f"A walk of {duration} s cannot be played; give a positive duration.")
+
+
+def refuse_too_long(embedding: Embedding, duration: float, n_walkers: int = 1) -> None:
+    """Raise WalkError, before any is planned, if the motion of so long walks (s) takes more memory than allowed."""
+    graph = embedding.graph
+    joints = max((len(clip.skeleton.names) for clip in graph.clips), default=0)
+    needed = n_walkers * duration * graph.frame_rate * joints * _BYTES
+    limit = embedding.settings.memory_limit
+    if needed > limit:
+        walks = f"{wording.counted(n_walkers, 'walk')} of {wording.time(duration)}"
+        fewer = ", or use fewer Walkers" if n_walkers > 1 else ""
+        raise WalkError(
+            f"{walks} would need about {wording.memory(needed)}, more than the limit of {wording.memory(limit)}; give "
+            f"a shorter Duration{fewer}."
+        )
 
 
 def refuse_empty(embedding: Embedding) -> None:
