@@ -122,7 +122,7 @@ def demo(arguments):
     known, others = parser.parse_known_args(arguments)
     # The demo runs inside Blender, where relative paths mean something else.
     paths = [("--clips", known.clips), ("--blend", known.blend), ("--out", known.out)]
-    options = [word for name, path in paths if path for word in (name, str(path.resolve()))]
+    options = [word for name, path in paths if path for word in (name, os.path.realpath(path))]
     return run_in_blender("demo", options + others)
 
 
@@ -131,7 +131,7 @@ def reproduce(arguments):
     words = list(arguments)
     for index, word in enumerate(words[:-1]):
         if word in ("--clips", "--out"):
-            words[index + 1] = str(Path(words[index + 1]).resolve())
+            words[index + 1] = os.path.realpath(words[index + 1])
     return run_in_blender("reproduce", words)
 
 
@@ -140,7 +140,7 @@ def command_line(arguments):
     if not words or words[0] in ("-h", "--help"):
         words = ["--", "--help"]
     if words[0] != "--":
-        words[0] = str(Path(words[0]).resolve())
+        words[0] = os.path.realpath(words[0])
     return run_in_blender("command", words)
 
 
@@ -154,7 +154,7 @@ def bench(arguments):
     parser.add_argument("names", metavar="NAME", nargs="*", help="which problems; default: all")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the records to this file as well")
     known, others = parser.parse_known_args(arguments)
-    options = ["--json", str(known.json.resolve())] if known.json else []
+    options = ["--json", os.path.realpath(known.json)] if known.json else []
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
     return run_script(ROOT / "tests" / "bench" / "run.py", known.names + options + others, environment)
 
@@ -176,7 +176,7 @@ def build(arguments):
         platforms = list(WHEEL_TAGS)
     else:
         platforms = [name for names in options.platforms or [[this_platform()]] for name in names]
-    out = options.out.resolve()
+    out = Path(os.path.realpath(options.out))
     python = main_python()
     out.mkdir(parents=True, exist_ok=True)
     version = re.search(r'^version = "(.+)"', MANIFEST.read_text("utf-8"), re.MULTILINE).group(1)
@@ -190,7 +190,7 @@ def build(arguments):
 def docs(arguments):
     parser = argparse.ArgumentParser(prog="dev.py docs", description="Make the reference of the core, as HTML.")
     parser.add_argument("--out", metavar="FOLDER", type=Path, default=ROOT / "dist" / "docs", help="default: dist/docs")
-    out = parser.parse_args(arguments).out.resolve()
+    out = Path(os.path.realpath(parser.parse_args(arguments).out))
     python = main_python()
     environment = dict(os.environ, SPHINX_APIDOC_OPTIONS="members,show-inheritance", PYTHONDONTWRITEBYTECODE="1")
     with tempfile.TemporaryDirectory() as pages:

@@ -3,6 +3,7 @@
 ``dev.py`` arranges the folders that Blender needs. Exit code 1 and one sentence if something is wrong with the input.
 """
 
+import contextlib
 import importlib
 import os
 import re
@@ -91,6 +92,12 @@ def enable_extension() -> None:
 def run_command(words: list[str]) -> int:
     """Run a command of the command line: [SCENE.blend] -- COMMAND ..."""
     blend = Path(words.pop(0)) if words[:1] and words[0] != "--" else None
+    for number in (1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            # Blender must not open its files in the place of a stream that is closed.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), number)
     # Starting Blender says things on standard output that nobody asked for.
     kept = os.dup(1)
     os.dup2(2, 1)
@@ -121,8 +128,11 @@ def run_tool(name: str, words: list[str]) -> int:
 
 def leave(code: int) -> None:
     """End the process without Python's own ending, in which some versions of Blender hang."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        # One that is closed is None; of one that cannot be written to has been told.
+        with contextlib.suppress(OSError):
+            if stream is not None:
+                stream.flush()
     os._exit(code)
 
 

@@ -7,6 +7,7 @@ import sys
 
 import bpy
 
+from ...core.errors import StorageError
 from ...core.evaluation.floor import floor_cells
 from ...core.wording import amount, area, counted, share, short, time
 from ..results.advice import clip_advice, embedding_advice, environment_advice
@@ -102,14 +103,33 @@ def summary_lines(numbers: dict) -> list[str]:
 def clean_output():
     """A file for what was asked for: what Blender prints meanwhile goes to standard error instead.
 
-    Blender prints from C, so that the file descriptor itself is turned.
+    Blender prints from C, so that the file descriptor itself is turned. Raises StorageError if it is closed.
     """
+    if sys.stderr is None:
+        # Whoever closes it wants to hear nothing; what is opened next must not take its place.
+        _nowhere(2)
+        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 (as long as the program runs)
+    if sys.stdout is None:
+        _nowhere(1)
+        raise StorageError("Standard output is closed, so that there is nowhere to answer; send it to a file.")
     sys.stdout.flush()
     kept = os.dup(1)
     os.dup2(2, 1)
+    # Names of files need not be text.
+    out = open(kept, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
     try:
-        with open(kept, "w", encoding="utf-8", closefd=False) as out:
-            yield out
+        yield out
     finally:
+        # What could not be written has been told; it must not be tried again.
+        with contextlib.suppress(OSError):
+            out.close()
         os.dup2(kept, 1)
         os.close(kept)
+
+
+def _nowhere(descriptor: int) -> None:
+    """Let a file descriptor that is closed lead nowhere."""
+    opened = os.open(os.devnull, os.O_WRONLY)
+    if opened != descriptor:
+        os.dup2(opened, descriptor)
+        os.close(opened)

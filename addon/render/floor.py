@@ -1,6 +1,5 @@
 """The painted floor of a scene, with its legend."""
 
-import json
 from typing import cast
 
 import bpy
@@ -57,7 +56,7 @@ def floor_legend(floor) -> MapLegend | None:
         _read.clear()
         try:
             _read[text] = MapLegend.from_json(text)
-        except (ValueError, KeyError, TypeError, json.JSONDecodeError):
+        except (ValueError, LookupError, TypeError, ArithmeticError):
             # Files are opened by older and newer versions, too.
             _read[text] = None
     return _read[text]

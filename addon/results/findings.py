@@ -3,8 +3,10 @@
 import hashlib
 import json
 import weakref
+from functools import lru_cache
 
 from ...core.embedding.embedding import Embedding
+from ...core.files import from_json
 from ...core.report.drawing import Drawing
 from ...core.report.finding import Finding, Questions, Topic
 from ...core.report.table import Table, table
@@ -58,8 +60,9 @@ def forget_finding(scene, topic: Topic) -> None:
 
 
 def find_finding(scene, topic: Topic):
-    """Return the finding on a topic, as it is kept in the scene; None if there is none."""
-    return scene.wayfarer.findings.get(topic.name)
+    """Return the finding on a topic, as it is kept in the scene; None if there is none, or it is damaged."""
+    kept = scene.wayfarer.findings.get(topic.name)
+    return None if kept is None or _read(kept.table, kept.numbers) is None else kept
 
 
 def finding_is_stale(scene, topic: Topic) -> bool:
@@ -73,13 +76,31 @@ def finding_is_stale(scene, topic: Topic) -> bool:
 
 def table_of(kept) -> Table:
     """Return the table of a finding that is kept in a scene."""
-    columns, rows = json.loads(kept.table)
-    return table(columns, rows)
+    return _contents(kept)[0]
 
 
 def numbers_of(kept) -> list[tuple[str, str]]:
     """Return the numbers, as (name, text), of a finding that is kept in a scene."""
-    return [(name, text) for name, text in json.loads(kept.numbers)]
+    return list(_contents(kept)[1])
+
+
+def _contents(kept) -> tuple[Table, tuple[tuple[str, str], ...]]:
+    contents = _read(kept.table, kept.numbers)
+    assert contents is not None, "find_finding gives none that cannot be read"
+    return contents
+
+
+@lru_cache(maxsize=32)
+def _read(table_text: str, numbers_text: str) -> tuple[Table, tuple[tuple[str, str], ...]] | None:
+    """Read what a .blend file keeps of a finding; None if it is damaged, or was never ours."""
+    try:
+        columns, rows = from_json(table_text)
+        if not all(isinstance(value, str | int | float | None) for row in rows for value in row):
+            return None
+        numbers = tuple((str(name), str(text)) for name, text in from_json(numbers_text))
+        return table([str(column) for column in columns], rows), numbers
+    except (ValueError, TypeError, LookupError):
+        return None
 
 
 def chart_of(scene, topic: Topic) -> Drawing | None:

@@ -6,6 +6,7 @@ import re
 import bpy
 import numpy as np
 
+from ...core.files import from_json
 from ...core.motion.clip import MotionClip
 from ...core.playback.walk import Walk
 from ...core.playback.walk_motion import WalkMotion
@@ -166,13 +167,21 @@ def _is_kept(action, character) -> bool:
     return action.use_fake_user or ours is None or action.users > int(assigned)
 
 
+def _known_markers(text: str) -> list[tuple[str, int]]:
+    """Return names and frames of the markers that we set; none if the text, which a .blend file keeps, is damaged."""
+    try:
+        return [(name, frame) for name, frame in from_json(text or "[]")]
+    except (ValueError, TypeError):
+        return []
+
+
 def _set_markers(scene, walk: Walk | None) -> None:
     """Mark the transitions of a walk; those of an earlier one go, as long as they are as they were set.
 
     Markers cannot carry a mark of their own in Blender 5: which ones are ours is written in the scene's settings.
     """
     settings, markers = scene.wayfarer.walk, scene.timeline_markers
-    for name, frame in json.loads(settings.markers or "[]"):
+    for name, frame in _known_markers(settings.markers):
         ours = next((marker for marker in markers if (marker.name, marker.frame) == (name, frame)), None)
         if ours is not None:
             markers.remove(ours)

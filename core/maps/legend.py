@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict, dataclass
 
+from ..files import from_json
 from .scales import Color
 
 
@@ -56,8 +57,8 @@ class MapLegend:
 
     @classmethod
     def from_json(cls, text: str) -> "MapLegend":
-        """Read the text of :meth:`to_json`; ValueError, KeyError or TypeError for anything else."""
-        read = json.loads(text)
+        """Read the text of :meth:`to_json`; ValueError, LookupError, TypeError or ArithmeticError for anything else."""
+        read = from_json(text)
         bar = read["bar"]
         return cls(
             title=str(read["title"]),

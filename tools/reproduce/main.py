@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import ClipError
-from ...core.files import check_folder, write_files
+from ...core.files import check_folder, full_path, write_files
 from ...core.report.drawing import svg
 from ...core.report.page import Figure, FigureRow, Paragraph, Section, html_page
 from ...core.report.table import plain, table
@@ -54,8 +54,8 @@ def _parse(argv: list[str]) -> argparse.Namespace:
     if options.clips is None and not options.quick:
         options.clips = _recorded()
     # Blender resolves relative paths against the open file.
-    options.clips = options.clips.resolve() if options.clips else None
-    options.out = options.out.resolve()
+    options.clips = full_path(options.clips) if options.clips else None
+    options.out = full_path(options.out)
     return options
 
 

@@ -89,7 +89,8 @@ def parse_hierarchy(text: str, name: str) -> Hierarchy:
 
 def _parse_channels(words: list[str], joint: str, name: str) -> tuple[str, ...]:
     kinds = {"pos": "position", "trans": "position", "loc": "position", "rot": "rotation"}
-    count = int(words[0]) if words and words[0].isdigit() else len(words) - 1
+    # A count of more digits than any has is none that fits.
+    count = int(words[0][:9]) if words and words[0].isdecimal() else len(words) - 1
     matches = [_CHANNEL.match(word) for word in words[1 : count + 1]]
     channels = tuple(
         f"{match[1].upper()}{kinds[match[2].lower()]}" if match and match[2].lower() in kinds else ""

@@ -14,12 +14,17 @@ import numpy as np
 
 from ... import wording
 from ...errors import ClipError
+from ...files import read_regular, reason
 from ...progress import Progress
 from ..clip import FASTEST_RATE, SLOWEST_RATE
 from .file import BvhFile
 from .hierarchy import LARGEST, NUMBER, Hierarchy, distinct, halves, parse_hierarchy
 
+_LARGEST_FILE = 500_000_000
+"""Bytes; its numbers take four times as much at most, and an hour of motion is a fifth of it."""
 _CHUNK = 1 << 18  # bytes that are turned into numbers at a time
+_DIGITS = 18
+"""Of an announced number of frames; nothing has more."""
 _WHOLE_RATES = (24, 25, 30, 48, 50, 60, 75, 90, 100, 120, 144, 150, 180, 200, 240, 300)
 _OTHER_RATES = tuple(rate / 1.001 for rate in (24, 30, 60))
 _HEADER = re.compile(
@@ -33,9 +38,9 @@ def load_bvh_steps(path) -> Generator[Progress, None, BvhFile]:
     path = Path(path)
     yield Progress(0.0, f"Reading {path.name}")
     try:
-        data = path.read_bytes()
-    except OSError:
-        raise ClipError(f"'{path.name}' cannot be read; check that it is there, and who may read it.") from None
+        data = read_regular(path, _LARGEST_FILE)
+    except OSError as error:
+        raise ClipError(f"'{path.name}' cannot be read, because {reason(error)}.") from None
     return (yield from parse_bvh_steps(data, path.name))
 
 
@@ -117,7 +122,7 @@ def _parse_header(motion: bytes, name: str) -> tuple[int | None, float, int]:
             if word == b"framerate" and number > 0:
                 time, number = wording.exact(1 / number), 1 / number
         elif value.isdigit():
-            announced = int(value)
+            announced = int(value[:_DIGITS])
     if not time or not 0 < number < np.inf:
         raise ClipError(f"'{name}' does not say how long its frames last; repair its line 'Frame Time:'.")
     frame_rate = _frame_rate(number, time)
