@@ -4,6 +4,7 @@ import hashlib
 import json
 import weakref
 from functools import lru_cache
+from typing import Any
 
 from ...core.embedding.embedding import Embedding
 from ...core.files import from_json
@@ -59,7 +60,7 @@ def forget_finding(scene, topic: Topic) -> None:
         findings.remove(place)
 
 
-def find_finding(scene, topic: Topic):
+def find_finding(scene, topic: Topic) -> Any:
     """Return the finding on a topic, as it is kept in the scene; None if there is none, or it is damaged."""
     kept = scene.wayfarer.findings.get(topic.name)
     return None if kept is None or _read(kept.table, kept.numbers) is None else kept

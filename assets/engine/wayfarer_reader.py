@@ -26,13 +26,17 @@ from pathlib import Path
 import numpy as np
 
 
+class Damaged(ValueError):
+    pass
+
+
 class Embedding:
     def __init__(self, folder):
         folder = Path(folder)
         header = read_header(folder)
         raw = read_file(folder / "embedding.npz")
         if hashlib.sha256(raw).hexdigest() != header["sha256"]:
-            raise ValueError(f"'{folder / 'embedding.npz'}' does not belong to its header, or is damaged")
+            raise Damaged(f"'{folder / 'embedding.npz'}' does not belong to its header, or is damaged")
         for name, values in read_arrays(raw).items():
             setattr(self, name, values)
         self.header, self.segments, grid = header, header["segments"], header["grid"]
@@ -46,7 +50,7 @@ class Embedding:
             or self.valid.shape != (len(self.stencil), n_bytes)
             or np.any((used < 0) | (used >= n_segments))
         ):
-            raise ValueError(f"the arrays in '{folder}' do not fit their header")
+            raise Damaged(f"the arrays in '{folder}' do not fit their header")
         #: Stencils by the segment that they play and the heading that they start from, and those that arrive.
         self.leaving, self.arriving = {}, {}
         for k, (segment, heading, _, _, turn) in enumerate(self.stencil.tolist()):
@@ -185,14 +189,14 @@ class Embedding:
 def read_file(path):
     """Bytes of a file; a device or a pipe, which has no end, is none."""
     if path.exists() and not path.is_file():
-        raise ValueError(f"'{path}' is no file")
+        raise Damaged(f"'{path}' is no file")
     return path.read_bytes()
 
 
 def read_header(folder):
     header = json.loads(read_file(Path(folder) / "embedding.json").decode("utf-8"))
     if header.get("format") != "wayfarer engine embedding" or header["version"] > 1:
-        raise ValueError(f"'{folder}' holds no embedding that this reader knows")
+        raise Damaged(f"'{folder}' holds no embedding that this reader knows")
     return header
 
 
@@ -207,7 +211,7 @@ def read_arrays(raw):
                 size = math.prod(shape) * kind.itemsize
                 left -= size
                 if left < 0 or kind.str not in ("|u1", "<i4", "<f8"):
-                    raise ValueError(f"the array '{name}' is none that an export has")
+                    raise Damaged(f"the array '{name}' is none that an export has")
                 values = np.frombuffer(file.read(size), kind)
                 arrays[name] = values.reshape(shape, order="F" if by_columns else "C")
     return arrays
@@ -217,10 +221,10 @@ def read_table(folder):
     """(n, 4) nodes, (n + 1,) where each one's links begin, and the nodes that these lead to, of embedding.table."""
     header = read_header(folder)
     if header.get("table") is None:
-        raise ValueError(f"'{folder}' holds no table: it was left out; export again with it")
+        raise Damaged(f"'{folder}' holds no table: it was left out; export again with it")
     raw, n = read_file(Path(folder) / Path(header["table"]["file"]).name), header["nodes"]
     if len(raw) < 12 * n + 4:
-        raise ValueError(f"the table in '{folder}' is shorter than its header says")
+        raise Damaged(f"the table in '{folder}' is shorter than its header says")
     numbers = np.frombuffer(raw, "<u4", offset=8 * n)
     return np.frombuffer(raw, "<u2", 4 * n).reshape(n, 4), numbers[: n + 1], numbers[n + 1 :]
 
@@ -231,9 +235,18 @@ if __name__ == "__main__":
         sys.exit(2)
     try:
         embedding = Embedding(sys.argv[1])
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, Damaged) as error:
         sys.exit(f"wayfarer_reader.py: {error}")
-    except (LookupError, TypeError, AttributeError, RecursionError, EOFError, NotImplementedError, zlib.error):
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+        EOFError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ):
         sys.exit(f"wayfarer_reader.py: what '{sys.argv[1]}' holds is damaged")
     rng = np.random.default_rng(0)
     start = embedding.any_node(rng)

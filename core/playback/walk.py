@@ -148,7 +148,7 @@ def refuse_bad_duration(duration: float) -> None:
 def refuse_too_long(embedding: Embedding, duration: float, n_walkers: int = 1) -> None:
     """Raise WalkError, before any is planned, if the motion of so long walks (s) takes more memory than allowed."""
     graph = embedding.graph
-    joints = max((len(clip.skeleton.names) for clip in graph.clips), default=0)
+    joints = max((len(clip.skeleton.names) for clip in graph.clips), default=1)
     needed = n_walkers * duration * graph.frame_rate * joints * _BYTES
     limit = embedding.settings.memory_limit
     if needed > limit:

@@ -248,6 +248,17 @@ def test_through_the_bpy_module(sample_file, tmp_path):
     assert (result.returncode, result.stdout) == (1, "") and "There is no file" in result.stderr
 
 
+def test_outputs_that_are_closed_or_full_are_one_sentence():
+    script = [sys.executable, str(ROOT / "tools" / "run.py"), "command", "--", "--help"]
+    for place, sentence in (
+        (">&-", "Standard output is closed"),
+        (">/dev/full", "cannot be written: the disk is full"),
+    ):
+        command = ["sh", "-c", f'exec "$@" {place}', "sh", *script]
+        result = subprocess.run(command, capture_output=True, text=True, timeout=300)
+        assert result.returncode == 1 and sentence in result.stderr and "Traceback" not in result.stderr
+
+
 @pytest.fixture(scope="module")
 def blender():
     """Runs the Blender of a whole system in a folder, with this checkout as an extension; returns a function."""

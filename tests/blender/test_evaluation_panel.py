@@ -195,6 +195,18 @@ def test_findings_outlive_the_file_and_know_what_they_are_about(settings, tmp_pa
     assert is_stale(topics.WEAK_SPOTS) and not is_stale(topics.ABLATION)
 
 
+@pytest.mark.parametrize("damage", ["[" * 100_000, "7", "[[], [[1]]]", '[["a"], [[{}]]]', "", "[1e999"])
+def test_findings_that_are_damaged_are_none(settings, damage):
+    run("find_weak_spots")
+    settings.findings[topics.WEAK_SPOTS.name].table = damage
+    assert kept(topics.WEAK_SPOTS) is None and not is_stale(topics.WEAK_SPOTS)
+    run("find_weak_spots")
+    settings.findings[topics.WEAK_SPOTS.name].numbers = damage
+    assert kept(topics.WEAK_SPOTS) is None
+    run("find_weak_spots")
+    assert kept(topics.WEAK_SPOTS) is not None
+
+
 def test_undone_in_one_step(settings):
     settings.evaluation.n_candidates = 2
     for name in ASKING:

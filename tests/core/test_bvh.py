@@ -1,5 +1,7 @@
 """The reader of BVH files: the sample's motion, written in the manners of many programs, comes back in its place."""
 
+import os
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +14,7 @@ from core.motion.body_size import CMU_UNIT, MMD_UNIT
 from core.motion.bvh.character import BvhCharacter, understand_bvh_steps
 from core.motion.bvh.clip import bvh_clip_steps, fit_character
 from core.motion.bvh.file import BvhFile
-from core.motion.bvh.reader import parse_bvh_steps
+from core.motion.bvh.reader import load_bvh_steps, parse_bvh_steps
 from core.motion.clip import MotionClip
 from core.motion.repertoire import sample_repertoire
 from core.progress import finish
@@ -323,6 +325,30 @@ def test_damaged_files(text):
     with pytest.raises(ClipError, match=DAMAGED[text]) as caught:
         parsed(text)
     assert "walk.bvh" in str(caught.value) and str(caught.value).endswith(".")
+
+
+def test_numbers_of_thousands_of_digits():
+    many = "9" * 5000
+    # What a file announces does not matter.
+    text = walk_text()
+    announced = re.sub(r"Frames: *\d+", f"Frames: {many}", text)
+    assert announced != text and len(parsed(announced).values) == len(parsed(text).values)
+    for changed in (
+        re.sub(r"CHANNELS 3", f"CHANNELS {many}", text, count=1),
+        text.replace("Frame Time: ", f"Frame Time: {many}"),
+    ):
+        assert changed != text
+        with pytest.raises(ClipError):
+            parsed(changed)
+
+
+def test_only_files_are_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe.bvh")
+    (tmp_path / "zero.bvh").symlink_to("/dev/zero")
+    (tmp_path / "loop.bvh").symlink_to(tmp_path / "loop.bvh")
+    for name, why in (("pipe", "no file"), ("zero", "no file"), ("loop", "in a circle"), ("none", "none of that name")):
+        with pytest.raises(ClipError, match=rf"'{name}\.bvh' cannot be read, because .*{why}"):
+            finish(load_bvh_steps(tmp_path / f"{name}.bvh"))
 
 
 def test_recorded_motion_as_an_independent_reader_has_it(data_folder):

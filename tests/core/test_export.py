@@ -1,11 +1,13 @@
 """The engine format: what the reference reader finds in it, knowing nothing of us, is what the embedding is."""
 
 import hashlib
+import io
 import json
 import os
 import subprocess
 import sys
 import tracemalloc
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -240,7 +242,7 @@ def test_the_reader_says_that_there_is_no_table(tmp_path):
     look = f"import sys; sys.path[:0] = [{str(READER)!r}]; import wayfarer_reader as w; w.read_table({str(tmp_path)!r})"
     result = read_alone(tmp_path, "-c", look)
     assert result.stderr.strip().endswith(
-        f"ValueError: '{tmp_path}' holds no table: it was left out; export again with it"
+        f"Damaged: '{tmp_path}' holds no table: it was left out; export again with it"
     )
 
 
@@ -279,10 +281,44 @@ def test_what_is_not_sound_is_refused(tmp_path):
     )
 
 
+def test_the_reader_makes_no_more_than_the_files_can_hold(tmp_path):
+    """However large a header claims to be: 1 GB of memory is more than enough to say so."""
+    embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
+    write(embedding, tmp_path / "a")
+    header, arrays = tmp_path / "a" / "embedding.json", tmp_path / "a" / "embedding.npz"
+    sound, packed = json.loads(header.read_text()), arrays.read_bytes()
+
+    def refused(changes, raw=packed) -> str:
+        arrays.write_bytes(raw)
+        header.write_text(json.dumps({**sound, "sha256": hashlib.sha256(raw).hexdigest(), **changes}))
+        command = 'ulimit -v 1000000; exec "$@"'
+        words = ["sh", "-c", command, "sh", sys.executable, READER / "wayfarer_reader.py", tmp_path / "a"]
+        result = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=60)
+        assert result.returncode == 1 and "Traceback" not in result.stderr and "Memory" not in result.stderr
+        return result.stderr
+
+    huge = {**sound["grid"], "shape": [10**6, 10**6, sound["grid"]["shape"][2]]}
+    assert "do not fit their header" in refused({"grid": huge})
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(packed)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            start = io.BytesIO()
+            np.lib.format.write_array_header_1_0(start, {"descr": "|u1", "fortran_order": False, "shape": (10**11,)})
+            new.writestr(name, start.getvalue() + bytes(1000) if name == "nodes.npy" else old.read(name))
+    assert "'nodes' is none that an export has" in refused({}, out.getvalue())
+    for changes in ({"segments": 7}, {"grid": {"shape": []}}, {"grid": None}):
+        assert "is damaged" in refused(changes)
+    header.write_text("[" * 100_000)
+    assert "is damaged" in read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "a").stderr
+    header.unlink()
+    header.symlink_to("/dev/zero")
+    assert "is no file" in read_alone(tmp_path, READER / "wayfarer_reader.py", tmp_path / "a").stderr
+
+
 def test_the_documentation_names_everything():
     text = (ROOT / "docs" / "engine_format.md").read_text()
     embedding = next(e for e in (embed(*random_problem(s, True), SETTINGS) for s in range(30)) if e.n_nodes)
     header = engine_header(embedding)
     names = {*header, "table", "sha256", *engine_arrays(embedding), *header["grid"], *header["segments"][0]}
     assert {name for name in names if f"`{name}`" not in text} == set()
-    assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 250
+    assert len((READER / "wayfarer_reader.py").read_text().splitlines()) < 260

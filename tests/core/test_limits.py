@@ -10,10 +10,15 @@ from hypothesis import strategies as st
 from core.embedding.embedding import EmbeddingSettings, embed
 from core.embedding.footprint import FootprintRule, FootprintSettings
 from core.embedding.stencil import build_stencils, fewest_stencils
-from core.errors import EmbeddingError, MotionGraphError
+from core.environment.grid import MOST_HEADINGS, Grid
+from core.errors import EmbeddingError, EvaluationError, MotionGraphError, SceneError, WalkError
+from core.evaluation.path_efficiency import path_efficiency_steps
 from core.motion.distance import close_pairs_steps, expected_pairs, joined, pose_features
 from core.motion.graph import MotionGraphSettings, build_motion_graph
 from core.motion.repertoire import sample_repertoire
+from core.playback.crowd import crowd_steps
+from core.playback.styles import WalkRequest, walk_steps
+from core.playback.walk import random_node
 from core.progress import finish
 
 from .reference import random_problem
@@ -69,3 +74,27 @@ def test_too_many_pairs_are_refused_with_what_they_would_need():
     sentence = r"million pairs .* these 6 clips cost 3 or less\. .*lower Max Cost.*'walk"
     with pytest.raises(MotionGraphError, match=sentence):
         build_motion_graph(clips, MotionGraphSettings(max_cost=3.0, n_starts=1, memory_limit=6e6))
+
+
+@pytest.mark.parametrize("duration", [1e7, 1e30, 1e300])
+@pytest.mark.parametrize("style", ["WANDER", "RANDOM", "LOOP"])
+def test_walks_that_need_too_much_are_refused_before_they_are_planned(duration, style):
+    embedding = next(e for e in (embed(*random_problem(seed, False)) for seed in range(30)) if e.n_nodes)
+    with pytest.raises(WalkError, match=r"would need about .* more than the limit of 4 GB; give a shorter Duration"):
+        next(steps := walk_steps(embedding, WalkRequest(style, duration=duration)))
+    steps.close()
+    starts = [random_node(embedding, np.random.default_rng(0))] * 3
+    with pytest.raises(WalkError, match=r"3 walks of .* would need about .* fewer Walkers"):
+        finish(crowd_steps(embedding, starts, duration, np.random.default_rng(0)))
+    # Short ones are planned with the same limit.
+    assert len(finish(walk_steps(embedding, WalkRequest("RANDOM", duration=2.0))))
+
+
+def test_numbers_beyond_any_sense_are_refused_at_once():
+    embedding = next(e for e in (embed(*random_problem(seed, False)) for seed in range(30)) if e.n_nodes)
+    with pytest.raises(EvaluationError, match=r"1,000,000,000 pairs .* ask for 100,000 or fewer"):
+        finish(path_efficiency_steps(embedding, np.random.default_rng(0), 10**9))
+    assert Grid((10, 10, MOST_HEADINGS), 0.1).n_headings == 3600
+    for many in (3601, 10**5, 10**300):
+        with pytest.raises(SceneError, match="use 3,600 or fewer"):
+            Grid((10, 10, many), 0.1)
