@@ -58,6 +58,8 @@ _REASONS = {
     errno.ETXTBSY: "another program uses it",
     errno.EMFILE: "too many files are open",
     errno.ENFILE: "too many files are open",
+    errno.EPIPE: "the program that was to read it has ended",
+    errno.EBADF: "it is closed",
     errno.ENOMEM: "there is not enough memory",
 }
 """What the system may say about a file, by its number."""
@@ -88,6 +90,11 @@ def why(error: OSError | ValueError) -> str:
 _SEAL = "sha256"
 
 # ------------------------------------------------------------------------------------------------ reading
+
+
+def full_path(path: str | os.PathLike) -> Path:
+    """Return a path from the root, with links followed as far as they lead anywhere; those in a circle stay."""
+    return Path(os.path.realpath(path))
 
 
 def read_regular(path: str | os.PathLike, largest: int = LARGEST_FILE) -> bytes:

@@ -23,7 +23,7 @@ from ..addon.walks.request import read_motion_request, read_request
 from ..core.errors import ClipError, SceneError, StorageError
 from ..core.evaluation.floor import floor_cells
 from ..core.evaluation.weak_spots import connected_areas
-from ..core.files import check_folder, full_path, reason, write_files
+from ..core.files import check_folder, full_path, why, write_files
 from ..core.playback.styles import walk_steps
 from ..core.playback.walk import Walk
 from ..core.playback.walk_motion import motion_steps
@@ -79,7 +79,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StorageError(f"The folder '{folder}' cannot be made: {reason(error)}.") from None
+        raise StorageError(f"The folder '{folder}' cannot be made: {why(error)}.") from None
 
 
 def _tell(report: dict, out: Path) -> None:

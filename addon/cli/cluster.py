@@ -269,7 +269,7 @@ def main(words: list[str]) -> int:
     sources = core("study.sources")
     try:
         plan = core("study.plan").read_plan(options.file)
-        folder = options.out.resolve()
+        folder = core("files").full_path(options.out)
         place = open_executor(options.scheduler, options.workers, folder)
         sources.check_study_folder(folder)
         with core("study.lock").only_one(folder), place as (executor, roll_call):

@@ -21,7 +21,7 @@ import numpy as np
 
 from ...core.errors import MotionGraphError, SceneError, StorageError, StudyError
 from ...core.evaluation.variability import variability_steps
-from ...core.files import check_alone, check_folder, why, write_alone, write_files
+from ...core.files import check_alone, check_folder, full_path, why, write_alone, write_files
 from ...core.playback.styles import STYLES, walk_steps
 from ...core.playback.walk_motion import motion_steps
 from ...core.progress import ProgressLines, finish
@@ -79,7 +79,7 @@ def _evaluate_in_parcels(options: argparse.Namespace, scene) -> dict:
         raise StudyError("A ground in parcels needs a folder to work in; say --out FOLDER.")
     words = program_words(options)
     _build_graph(options, scene)
-    folder, options.out = options.out.resolve(), None
+    folder, options.out = full_path(options.out), None
     found = evaluate_in_parcels(scene, graph_of(scene), options.parcels, folder, *words)
     if isinstance(found, int):
         # It has said why.
@@ -132,7 +132,7 @@ def report(options: argparse.Namespace, scene) -> dict:
     _embed(options, scene)
     if embedding_of(scene).n_nodes == 0:
         raise SceneError(embedding_advice(scene)[0] + ".")
-    folder = options.folder.resolve()
+    folder = full_path(options.folder)
     check_folder(folder, ["report.html"])
     files = report_files(finish(scene_report_steps(scene, options.thorough), options.progress))
     write_files(folder, files)
@@ -142,7 +142,7 @@ def report(options: argparse.Namespace, scene) -> dict:
 def export(options: argparse.Namespace, scene) -> dict:
     """Write the embedding and the clips for engines."""
     _embed(options, scene)
-    folder = options.folder.resolve()
+    folder = full_path(options.folder)
     steps = engine_folder_steps(scene, embedding_of(scene), folder, not options.no_clips, not options.no_table)
     files = finish(steps, options.progress)
     write_engine_folder(folder, files)
@@ -259,30 +259,32 @@ def _coordinate(text: str) -> float:
 
 def run(arguments: list[str], blend: Path | None = None) -> int:
     """Run one command on the open file, or on the file ``blend``; returns the exit code."""
-    with clean_output() as out:
-        try:
+    try:
+        with clean_output() as out:
             # Help is asked for, too.
             with contextlib.redirect_stdout(out):
-                options = _parser().parse_args(arguments)
-        except SystemExit as end:
-            return end.code if isinstance(end.code, int) else 2
-        try:
+                try:
+                    options = _parser().parse_args(arguments)
+                finally:
+                    out.flush()
             # Operators tell what they have to say through Python's standard output.
             with contextlib.redirect_stdout(sys.stderr):
                 return run_study(options, out) if options.command == "study" else _run(options, blend, out)
-        except Ended as end:
-            return end.code
-        except KeyboardInterrupt:
-            print(f"{NAME}: stopped.", file=sys.stderr, flush=True)
-            return 130
-        except MotionGraphError as error:
-            sentence = str(error)
-        except OSError as error:
-            # A disk that is full does not say which file it was.
-            written = error.filename or getattr(options, "json", None) or "the result"
-            sentence = f"'{written}' cannot be written: {why(error)}."
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 2
+    except Ended as end:
+        return end.code
+    except KeyboardInterrupt:
+        print(f"{NAME}: stopped.", file=sys.stderr, flush=True)
+        return 130
+    except MotionGraphError as error:
+        sentence = str(error)
+    except OSError as error:
+        # Neither a disk that is full nor a pipe says which file it was.
+        sentence = f"'{error.filename or 'The answer'}' cannot be written: {why(error)}."
+    with contextlib.suppress(OSError):
         print(f"{NAME}: {sentence}", file=sys.stderr, flush=True)
-        return 1
+    return 1
 
 
 def _run(options: argparse.Namespace, blend: Path | None, out) -> int:
@@ -329,13 +331,13 @@ def _prepare(options: argparse.Namespace, scene) -> None:
 
 def _check_places(options: argparse.Namespace) -> None:
     """Before the work, which may take long: StorageError if its results could not be written."""
-    if options.json not in (None, "-") and not Path(options.json).resolve().parent.is_dir():
+    if options.json not in (None, "-") and not full_path(options.json).parent.is_dir():
         raise StorageError(f"'{options.json}' cannot be written: there is no such folder; make it first.")
     if options.json not in (None, "-"):
         check_alone(Path(options.json))
     if options.out is None or getattr(options, "parcels", None) is not None:
         return
-    path = options.out.resolve()
+    path = full_path(options.out)
     if path.suffix != ".blend":
         raise StorageError(f"'{path}' is no .blend file; give --out a name that ends in .blend.")
     if not path.parent.is_dir():
@@ -343,7 +345,7 @@ def _check_places(options: argparse.Namespace) -> None:
 
 
 def _save(path: Path) -> str:
-    path = path.resolve()
+    path = full_path(path)
     try:
         # A copy: relative paths follow, and what is open stays what it was.
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)

@@ -26,7 +26,7 @@ import numpy as np
 import scipy
 
 from ...core.errors import ClipError, MotionGraphError, StudyError
-from ...core.files import check_folder, from_json, read_regular, remove_files, write_files
+from ...core.files import check_folder, from_json, full_path, read_regular, remove_files, write_files
 from ...core.progress import finish
 from ...core.study.clip_set import ClipSet, clip_set_to_bytes
 from ...core.study.geometry import SceneGeometry, scene_to_bytes
@@ -76,10 +76,10 @@ def run_study(options: argparse.Namespace, out) -> int:
 
     Raises StudyError if it cannot begin.
     """
-    file = options.file.resolve()
+    file = full_path(options.file)
     words = program_words(options)
     plan = read_plan(file)
-    folder = (options.out or file.with_name(f"{file.stem}-study")).resolve()
+    folder = full_path(options.out or file.with_name(f"{file.stem}-study"))
     check_study_folder(folder)
     read_sources(plan, folder, (lambda line: None) if options.quiet else partial(print, file=sys.stderr, flush=True))
     return run_program(file, folder, *words, out=out)
@@ -191,7 +191,7 @@ def _read(kind: str, source: Source, folder: Path, tell: Callable[[str], None]) 
     remove_files(folder, [_inside(folder, file), _inside(folder, problem)])
     try:
         # Opened anew for every source: another one may have chosen other clips.
-        open_blend(source.file.resolve())
+        open_blend(full_path(source.file))
         scene = find_scene(source.scene or None)
         with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
             if kind == SCENES:

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...core.errors import ClipError
+from ...core.files import full_path
 from ...core.motion.airborne import jump_mask
 from ...core.motion.bvh.character import TO_Z_UP
 from ...core.motion.doctor.posture import posture_findings
@@ -175,7 +176,7 @@ class WAYFARER_OT_append_actions(NeedsRig, bpy.types.Operator):
         settings, path = context.scene.wayfarer, Path(bpy.path.abspath(self.filepath))
         if not path.is_file():
             raise ClipError(f"There is no file '{path}'; choose a .blend file")
-        if bpy.data.filepath and path.resolve() == Path(bpy.data.filepath).resolve():
+        if bpy.data.filepath and full_path(path) == full_path(bpy.data.filepath):
             raise ClipError("That is the file that is open; its actions are listed already")
         before = {action.session_uid for action in bpy.data.actions}
         try:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import MotionGraphError, StorageError, StudyError
-from ..files import check_marked, from_json, read_regular
+from ..files import check_marked, from_json, full_path, read_regular
 from ..parcels.embedding import embed_parcels_steps
 from ..parcels.work import Serial
 from ..progress import Progress
@@ -118,8 +118,8 @@ def run_study_steps(
         The study cannot go on: the folder cannot be written, or the workers are gone. Start it again, and it goes on.
     """
     try:
-        check_study_folder(folder.resolve())
-        return (yield from _Study(plan, folder.resolve(), executor or Serial()).steps())
+        check_study_folder(full_path(folder))
+        return (yield from _Study(plan, full_path(folder), executor or Serial()).steps())
     except StorageError as error:
         raise StudyError(f"{error} What is finished is kept.") from None
 

@@ -346,7 +346,7 @@ def test_only_files_are_read(tmp_path):
     os.mkfifo(tmp_path / "pipe.bvh")
     (tmp_path / "zero.bvh").symlink_to("/dev/zero")
     (tmp_path / "loop.bvh").symlink_to(tmp_path / "loop.bvh")
-    for name, why in (("pipe", "no file"), ("zero", "no file"), ("loop", "in a circle"), ("none", "none of that name")):
+    for name, why in (("pipe", "no file"), ("zero", "no file"), ("loop", "in a circle"), ("none", "no such file")):
         with pytest.raises(ClipError, match=rf"'{name}\.bvh' cannot be read, because .*{why}"):
             finish(load_bvh_steps(tmp_path / f"{name}.bvh"))
 

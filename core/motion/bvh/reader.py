@@ -14,7 +14,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import ClipError
-from ...files import read_regular, reason
+from ...files import read_regular, why
 from ...progress import Progress
 from ..clip import FASTEST_RATE, SLOWEST_RATE
 from .file import BvhFile
@@ -40,7 +40,7 @@ def load_bvh_steps(path) -> Generator[Progress, None, BvhFile]:
     try:
         data = read_regular(path, _LARGEST_FILE)
     except OSError as error:
-        raise ClipError(f"'{path.name}' cannot be read, because {reason(error)}.") from None
+        raise ClipError(f"'{path.name}' cannot be read, because {why(error)}.") from None
     return (yield from parse_bvh_steps(data, path.name))
 
 
