@@ -18,6 +18,9 @@ from .prices import LinkPrices
 #: Nodes of a wave that are followed.
 BEAM = 200
 
+#: Milliseconds for each unit that a way takes more than it is to take: more than all else that it may cost.
+LATE = 10**6
+
 
 class Guide(Protocol):
     """Knowledge of the way to a goal, in whole units: segments, or frames.
@@ -54,6 +57,7 @@ def cheapest_way_steps(
     stage: np.ndarray | None = None,
     look_ahead: int = 0,
     beam: int = BEAM,
+    at_least: int | None = None,
 ) -> Generator[Progress, None, tuple[int, list[int], int]]:
     """Find the cheapest way of at least one link that passes all goals within ``limit`` units.
 
@@ -66,6 +70,8 @@ def cheapest_way_steps(
     look_ahead : int
         Links that the way can be followed by: the cheapest ones count, too, so that it does not end where all that
         follows is dear.
+    at_least : int, optional
+        Units that the way takes at least: of all ways, one that takes the fewest more than that is found.
 
     Returns
     -------
@@ -74,7 +80,7 @@ def cheapest_way_steps(
     stencils : list of int
         Of the way, and of the ``look_ahead`` links that follow it.
     price : int
-        Milliseconds, of all these.
+        Milliseconds, of all these, and ``LATE`` for each unit beyond ``at_least``.
     """
     segment_of, shape = reader.embedding.unrolling.stencils.segment, reader.embedding.shape
     none = np.zeros(len(starts), dtype=np.int64)
@@ -93,19 +99,27 @@ def cheapest_way_steps(
         spent = np.where(beyond > 0, 0, wave.spent[row] + guide.spends[segment_of[stencil]])
         sizes = (*shape, guide.n_goals + 1, look_ahead + 1)
         place = np.asarray(np.ravel_multi_index((*nodes.T, wave.stage[row], beyond), sizes))
+        if at_least is not None:
+            # A way that has spent less is no better.
+            place = place * (limit + guide.spends.max() + 1) + spent
         order = _undominated(place, price, spent)
         row, stencil, price, nodes, spent, beyond = (
             values[order] for values in (row, stencil, price, nodes, spent, beyond)
         )
         stage = guide.passed(wave.stage[row], nodes)
+        if at_least is not None:
+            stage = np.where(spent < at_least, wave.stage[row], stage)
         left = guide.left(stage, nodes)
         arrived, in_time = stage == guide.n_goals, spent + left <= limit
+        total, to_go = price, left - beyond
+        if at_least is not None:
+            total, to_go = price + LATE * np.maximum(spent + left - at_least, 0), np.maximum(left, at_least - spent)
         done = np.flatnonzero(arrived & (beyond == look_ahead) & in_time)
         if len(done):
-            cheapest = done[np.argmin(price[done])]
-            least, best = int(price[cheapest]), (len(came), int(row[cheapest]), int(stencil[cheapest]))
-        going = np.flatnonzero(in_time & ~(arrived & (beyond == look_ahead)) & (price < least))
-        promise = price[going] + guide.unit_price * (left[going] - beyond[going])
+            cheapest = done[np.argmin(total[done])]
+            least, best = int(total[cheapest]), (len(came), int(row[cheapest]), int(stencil[cheapest]))
+        going = np.flatnonzero(in_time & ~(arrived & (beyond == look_ahead)) & (total < least))
+        promise = total[going] + guide.unit_price * to_go[going]
         going = going[np.argsort(promise, kind="stable")[:beam]]
         came.append((row[going], stencil[going]))
         wave = _Wave(nodes[going], price[going], stage[going], beyond[going], spent[going])

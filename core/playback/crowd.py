@@ -19,6 +19,7 @@ from ..embedding.embedding import Embedding
 from ..embedding.link_reader import LinkReader, Node
 from ..errors import WalkError
 from ..progress import Progress
+from .near_cheapest import STARTS, NearCheapest
 from .reservation import Reservation, StencilPaths
 from .walk import Trail, Walk, node_in_cell, refuse_bad_duration, refuse_empty, refuse_too_long
 from .weighted import Memory, Weighting, probabilities, uniform
@@ -30,6 +31,10 @@ _ROOM_TO_START = 1.5
 """Times the distance that walkers keep, between places to start where the ground has the room."""
 _PER_SPARE = 20
 """Walkers for each one more that is planned, in place of one that is shut in."""
+
+
+_TURNED_BACK = 10
+"""Times that a walker has turned back, from which on it no longer looks ahead at what its ways cost."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
     grid = embedding.environment.grid
     floor = rng.permutation(np.argwhere(embedding.covered().any(axis=2)))
     room = np.ones(len(floor), dtype=bool)
-    nodes = []
+    reader, likely, nodes = LinkReader(embedding), NearCheapest(embedding), []
     while len(nodes) < n_walkers:
         if not room.any():
             raise WalkError(
@@ -135,7 +140,7 @@ def scattered_starts(embedding: Embedding, n_walkers: int, rng: np.random.Genera
         if grid.tiled:
             apart = np.minimum(apart, grid.shape[:2] - apart)
         room &= np.hypot(*apart.T) * grid.cell_size >= max(spacing, grid.cell_size / 2)
-        nodes.append(node_in_cell(embedding, cell, rng))
+        nodes.append(likely.best_of(reader, [node_in_cell(embedding, cell, rng) for _ in range(STARTS)]))
     return nodes
 
 
@@ -248,6 +253,8 @@ class _Planner:
         self._grid, self._exit_group_of = embedding.environment.grid, embedding.network.exit_group_of
         self._frame_rate = embedding.graph.frame_rate
         self._paths = StencilPaths(embedding)
+        self._likely = NearCheapest(embedding, settings.weighting)
+        self._hasty = self._likely.hasty()
         n_frames = last_frame + self._paths.positions.shape[1] + 1
         self.reservation = Reservation(embedding, n_walkers, n_frames, 2 * settings.radius)
 
@@ -286,7 +293,8 @@ class _Planner:
                 if n_tried > self._settings.patience:
                     return _Plan(None, self._no_way(walker, latest, given_up=True), in_the_way)
                 memory.pass_by(trail.node)
-                ahead.append(self._choices(trail, memory, in_the_way))
+                hasty = n_tried > len(trail.stencils) + _TURNED_BACK
+                ahead.append(self._choices(trail, memory, in_the_way, hasty))
             else:
                 # What can follow depends on the place and on the segment's children only.
                 dead.add(self._key(trail))
@@ -299,7 +307,7 @@ class _Planner:
         self.reservation.reserve(walker, walk.root_path[:, :2])
         return _Plan(walk, "", in_the_way)
 
-    def _choices(self, trail: Trail, memory: Memory, in_the_way: Counter) -> list[int]:
+    def _choices(self, trail: Trail, memory: Memory, in_the_way: Counter, hasty: bool = False) -> list[int]:
         """Return the links on which nobody is met, in random order by their weights, the first to try last."""
         if trail.frames >= self._last_frame:
             return []
@@ -310,7 +318,7 @@ class _Planner:
         for other in np.flatnonzero(met.any(axis=0)).tolist():
             in_the_way[other] += int(np.count_nonzero(met[:, other]))
         # Drawn without replacement, weight by weight (Efraimidis and Spirakis 2006); links of no weight come last.
-        likely = probabilities(self._settings.weighting, crossing)
+        likely = probabilities(self._hasty if hasty else self._likely, crossing)
         with np.errstate(divide="ignore"):
             order = np.argsort(-self._rng.exponential(size=len(likely)) / likely, kind="stable")
         clear = ~met.any(axis=1)

@@ -2,9 +2,9 @@
 
 The curve is laid out as a row of points. A walker that has come to point i may go on to any node near the curve whose
 nearest point lies ahead, j >= i, within what its segment can travel; a link costs the squared distance between root
-and curve at each of its frames, and a little for the time. Nodes with what they have passed, (node, i), are worked off
-point by point, so that each sees all that came before it: a dynamic programme, exact as long as no point holds more
-nodes than the *beam* is wide; beyond that the dearest are dropped.
+and curve at each of its frames, and a little for its price (:mod:`.prices`). Nodes with what they have passed,
+(node, i), are worked off point by point, so that each sees all that came before it: a dynamic programme, exact as long
+as no point but the first holds more nodes than the *beam* is wide; beyond that the dearest are dropped.
 """
 
 from collections.abc import Generator, Sequence
@@ -20,6 +20,7 @@ from ..embedding.link_reader import LinkReader, Node
 from ..embedding.node_set import NodeSet
 from ..errors import WalkError
 from ..progress import Progress
+from .prices import LinkPrices
 from .reservation import StencilPaths
 from .time_to_go import rows_of
 from .walk import Trail, Walk, refuse_empty
@@ -40,8 +41,8 @@ class CurveSettings:
     width : float
         Metres from the curve that the root may stray to either side.
     time_weight : float
-        Square metres: how much a second on the way costs, beside the mean square of the distance from the curve. The
-        higher, the sooner corners are cut.
+        Square metres: how much a second of the links' prices (:mod:`.prices`) costs, beside the mean square of the
+        distance from the curve. The higher, the smoother the walk is, and the sooner corners are cut.
     beam : int
         Nodes kept at each point of the curve.
     heading : float, optional
@@ -49,7 +50,7 @@ class CurveSettings:
     """
 
     width: float = 0.5
-    time_weight: float = 0.01
+    time_weight: float = 0.005
     beam: int = 300
     heading: float | None = None
 
@@ -66,7 +67,7 @@ def walk_along_steps(
     settings: CurveSettings | None = None,
     start: Node | NodeSet | None = None,
 ) -> Generator[Progress, None, Walk]:
-    """Find the walk along a curve that stays nearest to it, in mean square over time, and does not tarry.
+    """Find the walk along a curve that stays near to it, in mean square over time, and is smooth, and does not tarry.
 
     Parameters
     ----------
@@ -148,10 +149,10 @@ class _Follower:
         #: (K, MEASURED_FRAMES, 2) metres from the start.
         self._paths = paths.positions[np.arange(len(measured))[:, None], measured - 1]
         self._seconds = self._n_frames / self._embedding.graph.frame_rate
+        self._prices = LinkPrices(self._embedding)
         spacing = np.linalg.norm(points[1] - points[0])
         #: Points by which a link can get ahead: its longest way, and the width on both sides of a bend.
         self._ahead = int(np.ceil((paths.reach + 2 * settings.width) / spacing))
-        self._exit_group_of = np.array(self._embedding.network.exit_group_of)
 
     @cached_property
     def _tube(self) -> tuple[np.ndarray, np.ndarray]:
@@ -217,7 +218,9 @@ class _Follower:
             # Links that get no farther come back to the same point: round after round, until none is cheaper.
             while waiting[point]:
                 farthest = point
-                fresh = self._cheapest(_Reached.joined(waiting[point]), best)
+                # All starts are tried: which of them face along the curve is not known yet.
+                beam = max(self._settings.beam, len(starts) if point == 0 else 0)
+                fresh = self._cheapest(_Reached.joined(waiting[point]), best, beam)
                 waiting[point] = []
                 if not len(fresh.nodes):
                     break
@@ -230,24 +233,27 @@ class _Follower:
                     waiting[ahead].append(found)
         return self._walk(done, farthest)
 
-    def _cheapest(self, found: _Reached, best: dict[tuple[int, ...], float]) -> _Reached:
-        """Keep the cheapest of nodes that can go on in the same ways, if they are cheaper than before, and as many as
-        the beam is wide. ``best`` remembers the costs."""
+    def _cheapest(self, found: _Reached, best: dict[tuple[int, ...], float], beam: int) -> _Reached:
+        """Keep the cheapest way to each node, if it is cheaper than before, and as many nodes as ``beam``.
+
+        ``best`` remembers the costs.
+        """
         n_headings, n_segments = self._embedding.shape[2:]
         nodes = found.nodes
-        kind = self._exit_group_of[nodes[:, 3]]
         low = nodes[:, :2].min(axis=0)
         span = np.ptp(nodes[:, :2], axis=0) + 1
-        place = np.ravel_multi_index((*(nodes[:, :2] - low).T, nodes[:, 2], kind), (*span, n_headings, n_segments))
+        place = np.asarray(
+            np.ravel_multi_index((*(nodes[:, :2] - low).T, *nodes[:, 2:].T), (*span, n_headings, n_segments))
+        )
         order = np.lexsort((found.cost, place))
         order = order[np.flatnonzero(np.diff(place[order], prepend=-1))]
-        order = order[np.argsort(found.cost[order], kind="stable")][: self._settings.beam]
-        if len(best) >= self._settings.beam:
-            dearest = np.partition(np.array(list(best.values())), self._settings.beam - 1)[self._settings.beam - 1]
+        order = order[np.argsort(found.cost[order], kind="stable")][:beam]
+        if len(best) >= beam:
+            dearest = np.partition(np.array(list(best.values())), beam - 1)[beam - 1]
             order = order[found.cost[order] < dearest]
         kept = []
         for row in order.tolist():
-            key = (*nodes[row, :3].tolist(), int(kind[row]))
+            key = tuple(nodes[row].tolist())
             if found.cost[row] < best.get(key, np.inf) - 1e-12:
                 best[key] = float(found.cost[row])
                 kept.append(row)
@@ -271,7 +277,8 @@ class _Follower:
         kept = np.all(distance <= self._settings.width, axis=1)
         squares = (distance[kept] ** 2).mean(axis=1)
         row, stencil, ends, to = row[kept], stencil[kept], ends[kept], point + nearest[kept, -1]
-        cost = fresh.cost[row] + (squares + self._settings.time_weight) * self._seconds[stencil]
+        price = self._prices.of(fresh.nodes[row, 3], stencil) / 1000
+        cost = fresh.cost[row] + squares * self._seconds[stencil] + self._settings.time_weight * price
         before = np.column_stack([np.full(len(row), point), rows[row]])
         for ahead in np.unique(to).tolist():
             here = to == ahead

@@ -78,7 +78,7 @@ def trail_steps(
         return (yield from quickest_trail_steps(reader, time_to_go, starts, limit))
     longest = min(int(least * (1 + smoothness)), NEVER - 1 if last is None else last)
     prices = LinkPrices(embedding, PriceSettings().times(smoothness / max(1 - smoothness, LEAST_TIME)))
-    guide, starts = _TimeGuide(time_to_go, prices), starts[frames <= longest]
+    guide, starts = TimeGuide(time_to_go, prices), starts[frames <= longest]
     stage = guide.passed(np.zeros(len(starts), dtype=np.int64), starts)
     starts, stage = starts[stage < guide.n_goals], stage[stage < guide.n_goals]
     row, way, _ = yield from cheapest_way_steps(reader, prices, guide, starts, longest, stage)
@@ -88,7 +88,7 @@ def trail_steps(
     return trail
 
 
-class _TimeGuide:
+class TimeGuide:
     """The least frames from everywhere through some goals."""
 
     def __init__(self, time_to_go: TimeToGo, prices: LinkPrices):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..embedding.embedding import Embedding
-from ..embedding.link_reader import Node
+from ..embedding.link_reader import LinkReader, Node
 from ..embedding.node_set import NodeSet
 from ..errors import EvaluationError, WalkError
 from ..evaluation.goals import goal_in_cells
@@ -20,6 +20,7 @@ from .curve import CurveSettings, walk_along_steps
 from .destination import destination
 from .directed import walk_through_steps
 from .loop import loop_steps
+from .near_cheapest import STARTS, NearCheapest
 from .performance import continued, perform_steps
 from .walk import (
     Walk,
@@ -144,11 +145,11 @@ def _wander(embedding: Embedding, request: WalkRequest, rng: np.random.Generator
 
 
 def _random(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
-    return random_walk_steps(embedding, rng, _settings(embedding, request, rng))
+    return random_walk_steps(embedding, rng, _near_cheapest(embedding, request, rng))
 
 
 def _loop(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
-    return loop_steps(embedding, rng, _settings(embedding, request, rng))
+    return loop_steps(embedding, rng, _near_cheapest(embedding, request, rng))
 
 
 def _through(embedding: Embedding, request: WalkRequest, rng: np.random.Generator):
@@ -186,6 +187,13 @@ def _perform(embedding: Embedding, request: WalkRequest, rng: np.random.Generato
 def _settings(embedding: Embedding, request: WalkRequest, rng: np.random.Generator) -> WalkSettings:
     start = None if request.start is None else nearest_node(embedding, request.start, rng)
     return WalkSettings(request.duration, start, request.weighting)
+
+
+def _near_cheapest(embedding: Embedding, request: WalkRequest, rng: np.random.Generator) -> WalkSettings:
+    """Prefer what is cheap, and start from the best of some nodes."""
+    likely = NearCheapest(embedding, request.weighting)
+    starts = [_settings(embedding, request, rng).start or random_node(embedding, rng) for _ in range(STARTS)]
+    return WalkSettings(request.duration, likely.best_of(LinkReader(embedding), starts), likely)
 
 
 def _start_nodes(embedding: Embedding, request: WalkRequest, rng: np.random.Generator) -> Node | NodeSet:

@@ -14,6 +14,7 @@ from ..embedding.link_reader import LinkReader, Node, PlaneBits
 from ..embedding.node_set import NodeSet
 from ..progress import Progress
 from .cheapest import cheapest_way_steps
+from .near_cheapest import STARTS
 from .prices import LinkPrices
 from .walk import Trail, Walk, WalkSettings, begin, random_node
 
@@ -34,9 +35,6 @@ CHANCE = 0.3
 
 #: Milliseconds for each second, beyond which a way is so dear that another place is drawn; how many are at the most.
 DEAR, DRAWS = 3500.0, 3
-
-#: Nodes of which the best is started from, where the start is left to chance.
-STARTS = 5
 
 #: By how much each time that a segment was played raises its price, and the share that is left of that after another.
 AGAIN, MEMORY = 0.05, 0.9

@@ -14,6 +14,7 @@ from core.environment.environment import build_environment
 from core.environment.grid import Grid
 from core.errors import WalkError
 from core.playback.curve import MEASURED_FRAMES, CurveSettings, curve_points, walk_along_steps
+from core.playback.prices import LinkPrices
 from core.playback.reservation import StencilPaths
 from core.playback.walk import Walk, WalkSettings, random_walk_steps
 from core.progress import finish
@@ -37,7 +38,8 @@ def links_along(embedding, points, limits, node, point):
         frames = [int(np.ceil(n * i / MEASURED_FRAMES)) for i in range(1, MEASURED_FRAMES + 1)]
         distance = np.linalg.norm(walk.root_path[frames, None, :2] - ahead, axis=2)
         if distance.min(axis=1).max() <= limits.width:
-            cost = ((distance.min(axis=1) ** 2).mean() + limits.time_weight) * walk.duration
+            price = LinkPrices(embedding).of(np.array([node[3]]), np.array([stencil]))[0] / 1000
+            cost = (distance.min(axis=1) ** 2).mean() * walk.duration + limits.time_weight * price
             yield cost, reader.follow(node, stencil), point + int(np.argmin(distance[-1])), stencil
 
 

@@ -22,13 +22,13 @@ from core.motion.contacts import ContactSettings
 from core.motion.distance import CostSettings
 from core.motion.doctor import FindingKind
 from core.motion.graph_settings import MotionGraphSettings
-from core.playback import spikes, wandering
+from core.playback import near_cheapest, spikes, wandering
 from core.playback.cheapest import BEAM
 from core.playback.cleanup import CleanupSettings
 from core.playback.crowd import CrowdSettings
 from core.playback.curve import CurveSettings
 from core.playback.directed import LEAST_TIME
-from core.playback.loop import ATTEMPTS
+from core.playback.loop import HOMEWARD
 from core.playback.pace import IDLE_SPEED, SPEED_TIME, TURN_ANGLE, TURN_TIME
 from core.playback.prices import EDIT_LENGTH, HEADING_LEVER, PriceSettings
 from core.playback.styles import WalkRequest
@@ -214,7 +214,7 @@ def test_the_method_states_the_defaults():
         f"each segment up to {wandering.CHANCE:.0%}".replace("%", " %"),
         f"more than {wandering.DEAR / 1000:g} s for each second that it takes, another place is drawn, up to "
         f"{wandering.DRAWS}",
-        f"the best of {wandering.STARTS} random nodes",
+        f"the best of {near_cheapest.STARTS} random nodes",
         f"1 rad² of transition cost | {prices.cost:g} |",
         f"1 m of edit, with {HEADING_LEVER:g} m for each radian | {prices.edit:g} |",
         f"path ({EDIT_LENGTH:g} m or more), in times of {prices.noticeable_bend:g} m/m, squared | {prices.bend:g} |",
@@ -229,8 +229,12 @@ def test_the_method_states_the_defaults():
         f"0 to 1 (by default {WalkRequest.smoothness:g}): a second weighs",
         f"(at least {LEAST_TIME:g}), all other prices s",
         f"no wave holds more than {BEAM} nodes",
-        f"no point holds more than {CurveSettings().beam} nodes",
-        f"as can be found in {ATTEMPTS} tries",
+        f"no point but the first holds more than {CurveSettings().beam} nodes",
+        f"for the last {HOMEWARD:g} s",
+        f"times exp(-m / {near_cheapest.TOLERANCE / 1000:g})",
+        f"and goes on for {near_cheapest.LOOK_AHEAD} more",
+        f"follow the {near_cheapest.BEAM} links that promise most",
+        f"and {CurveSettings().time_weight:g} m² for each second of the price",
         f"the way to plan again ({CrowdSettings().repairs} times)",
         f"over a window of {synthesis.blend_duration} s",
         f"at most {synthesis.root_tolerance} m near a transition",
