@@ -38,14 +38,15 @@ CASE_MARK = b'{"format": "wayfarer case '
 
 
 def end_with(parent: int) -> None:
-    """End this process when its parent has ended, however that ended; where processes have no parents, never."""
+    """End this process when its parent has ended, however that ended, also if it did before this process began."""
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(1.0)
         os._exit(1)
 
-    if os.getppid() == parent:
+    # Windows has launchers of Python between the two, which end with neither.
+    if os.name == "posix" or os.getppid() == parent:
         threading.Thread(target=watch, daemon=True).start()
 
 

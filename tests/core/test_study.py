@@ -614,6 +614,16 @@ def test_whatever_ends_a_study_ends_its_workers(tmp_path, how, code):
         pass
 
 
+@pytest.mark.skipif(os.name != "posix", reason="launchers of Python come in between")
+def test_a_worker_that_begins_when_its_study_has_ended_ends():
+    """As on a busy machine, where the study was killed while the worker started: it would wait for tasks for ever."""
+    nobody = subprocess.Popen([sys.executable, "-c", ""])
+    nobody.wait()
+    words = "import sys, time; from core.study.tasks import end_with; end_with(int(sys.argv[1])); time.sleep(60)"
+    ended = subprocess.run([sys.executable, "-c", words, str(nobody.pid)], cwd=ROOT, timeout=50)
+    assert ended.returncode == 1
+
+
 def is_running(pid: int) -> bool:
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
