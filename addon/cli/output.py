@@ -10,7 +10,7 @@ import bpy
 from ...core.errors import StorageError
 from ...core.evaluation.floor import floor_cells
 from ...core.wording import amount, area, counted, share, short, time
-from ..results.advice import clip_advice, embedding_advice, environment_advice
+from ..results.advice import clip_advice, embedding_advice, environment_advice, unlisted_advice
 from ..results.store import embedding_of, graph_of, results, whole_of
 
 
@@ -57,7 +57,12 @@ def embedding_numbers(scene) -> dict:
 
 def warnings(scene, is_embedded: bool) -> list[str]:
     """Return what to look out for, in sentences."""
-    sentences = [*clip_advice(scene), *environment_advice(scene), *(embedding_advice(scene) if is_embedded else ())]
+    sentences = [
+        *clip_advice(scene),
+        *environment_advice(scene),
+        *unlisted_advice(scene),
+        *(embedding_advice(scene) if is_embedded else ()),
+    ]
     if results(scene).problem:
         sentences.append(results(scene).problem)
     return [f"{sentence}." for sentence in sentences]

@@ -5,7 +5,7 @@ import bpy
 from ...core.evaluation.why_not import lost_links_steps
 from ...core.wording import counted, share, share_of
 from ..jobs import LongOperator
-from ..results.advice import embedding_advice
+from ..results.advice import embedding_advice, unlisted_advice
 from ..results.store import embedding_of, results
 from ..results.workflow import embed_scene_steps, keep_embedded
 from .mixins import LooksAtEmbedding, Needs
@@ -29,7 +29,7 @@ class WAYFARER_OT_embed(Needs, LongOperator, bpy.types.Operator):
     def apply(self, context, result):
         keep_embedded(context.scene, result)
         embedding = result.embedding
-        for sentence in embedding_advice(context.scene):
+        for sentence in (*unlisted_advice(context.scene), *embedding_advice(context.scene)):
             self.report({"WARNING"}, sentence)
         if embedding.n_nodes > 0:
             self.report(

@@ -2,10 +2,12 @@
 
 import bpy
 
+from ...core.errors import SceneError
 from ...core.motion.body_size import body_radius
-from ...core.wording import length
+from ...core.wording import counted, length
 from ..bridge.rig import bind_rig
 from ..properties.environment import REGION_TYPES
+from ..scene.unlisted import unlisted_objects
 from .mixins import Needs, NeedsCharacter, reports_errors
 
 
@@ -57,4 +59,31 @@ class WAYFARER_OT_remove_region(Needs, bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (WAYFARER_OT_fit_radius, WAYFARER_OT_add_region, WAYFARER_OT_remove_region)
+class WAYFARER_OT_add_obstacles(bpy.types.Operator):
+    bl_idname = "wayfarer.add_obstacles"
+    bl_label = "Add to Obstacles"
+    bl_description = (
+        "Put what stands on the ground into the collection of obstacles, a new one if there is none; it stays in its "
+        "other collections"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @reports_errors
+    def execute(self, context):
+        scene, environment = context.scene, context.scene.wayfarer.environment
+        found = unlisted_objects(scene)
+        if not found:
+            raise SceneError("Everything that stands on the ground is an obstacle already.")
+        if environment.obstacles is None:
+            environment.obstacles = bpy.data.collections.new("Obstacles")
+            scene.collection.children.link(environment.obstacles)
+        if not environment.obstacles.is_editable:
+            raise SceneError(
+                f"The collection '{environment.obstacles.name}' comes from another file; choose one of this file."
+            )
+        for obj in found:
+            environment.obstacles.objects.link(obj)
+        self.report({"INFO"}, f"{counted(len(found), 'object')} added to '{environment.obstacles.name}'")
+
+
+CLASSES = (WAYFARER_OT_add_obstacles, WAYFARER_OT_fit_radius, WAYFARER_OT_add_region, WAYFARER_OT_remove_region)

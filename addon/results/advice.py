@@ -11,6 +11,7 @@ from ..bridge.read_scene import shown_objects
 from ..bridge.tags import tag_names
 from ..properties.environment import REGION_TYPES
 from ..scene.inputs import obstacle_objects
+from ..scene.unlisted import unlisted_objects
 from .staleness import embedding_changes
 from .store import results
 
@@ -24,6 +25,9 @@ _FAR = 1.0
 
 _STEP = 0.1
 """Metres that the ground may lie above or below the character's origin, which is not always between its feet."""
+
+_LOOKED_AT = 1000
+"""Objects of a scene up to which panels look at each of them whenever they are drawn."""
 
 _NAMED = 3
 """Objects named in a sentence."""
@@ -70,6 +74,21 @@ def environment_advice(scene) -> list[str]:
     if ground is not None and scene not in ground.users_scene:
         advice.append(f"The ground '{ground.name}' is no longer in this scene; choose another or bring it back")
     return advice
+
+
+def unlisted_advice(scene, drawing: bool = False) -> list[str]:
+    """About objects that stand on the ground, but are no obstacles; of scenes with many objects not while drawing."""
+    if drawing and len(scene.objects) > _LOOKED_AT:
+        return []
+    names = [f"'{obj.name}'" for obj in unlisted_objects(scene)]
+    if not names:
+        return []
+    more = f" and {number(len(names) - _NAMED)} more" if len(names) > _NAMED else ""
+    verb = "stands" if len(names) == 1 else "stand"
+    return [
+        f"{', '.join(names[:_NAMED])}{more} {verb} on the ground, but not in the collection of obstacles, so that "
+        "walks pass through; press Add to Obstacles, or hide what does not count"
+    ]
 
 
 def embedding_advice(scene) -> list[str]:

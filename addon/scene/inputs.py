@@ -1,6 +1,6 @@
 """Inputs of the core from a scene: clips, shapes and settings as arrays and values, and their fingerprints."""
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -207,19 +207,24 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
 
 
 def obstacle_objects(scene) -> Iterator:
-    """Yield what may stand in the way: the objects of the obstacles' collection, hidden ones too, without the ground,
-    the regions, what Wayfarer draws, and all that goes along with the character, a copy of it or a walk.
+    """Yield what may stand in the way: the :func:`solid_objects` of the obstacles' collection, hidden ones too."""
+    obstacles = scene.wayfarer.environment.obstacles
+    if obstacles is not None:
+        yield from solid_objects(scene, obstacles.all_objects)
+
+
+def solid_objects(scene, objects: Iterable) -> Iterator:
+    """Yield the objects that stay where they are: without the ground, the regions, what Wayfarer draws, and all that
+    goes along with the character, a copy of it or a walk.
 
     What is a child of the ground, of the painted floor or of a region stands there like everything else.
     """
     settings = scene.wayfarer.environment
-    if settings.obstacles is None:
-        return
     ours, character = drawn_objects(scene), scene.wayfarer.character
     others = {*ours, settings.ground, *(region.object for region in settings.regions)}
     # Curves of walks may carry what follows them; the floor stays where it is.
     carriers = {character, *(obj for obj in ours if obj.type == "CURVE")}
-    solid = (obj for obj in settings.obstacles.all_objects if obj not in others)
+    solid = (obj for obj in objects if obj not in others)
     yield from (obj for obj in solid if not _goes_along(obj, carriers, character))
 
 

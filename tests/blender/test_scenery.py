@@ -359,3 +359,33 @@ def test_an_outline_is_a_ground_like_before(built, capfd):
     """Edges without faces tell how large it is, too."""
     outline = new_ground(built, "Outline", [(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)])
     assert outline.data.polygons.values() == [] and warnings(capfd) == []
+
+
+def test_what_stands_on_the_ground_and_is_no_obstacle_is_told(built, capfd):
+    scene = bpy.context.scene
+    assert warnings(capfd) == [] and advice.unlisted_advice(scene) == []
+    box = cube("Cube", scene.collection, 1.0)
+    box.location = (0.5, 0.5, 0.5)
+    for name, z, size in (("Rug", 0.0, 0.02), ("Lamp", 3.0, 0.5), ("Sky", 0.0, 200.0)):
+        cube(name, scene.collection, size).location.z = z
+    cube("Far", scene.collection, 1.0).location = (500.0, 0.0, 0.5)
+    (told,) = warnings(capfd)
+    assert told.startswith("'Cube' stands on the ground") and "Add to Obstacles" in told
+    box.hide_set(True)
+    assert warnings(capfd) == []
+    box.hide_set(False)
+    operators.add_obstacles()
+    assert box.name in built.environment.obstacles.objects and "Cube" in solid()
+    assert warnings(capfd) == []
+    assert "an obstacle already" in fails_and_changes_nothing(operators.add_obstacles)
+
+
+def test_the_first_obstacle_makes_a_collection(built, capfd):
+    built.environment.obstacles = None
+    for obj in [obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj != built.environment.ground]:
+        if obj.parent is None and obj.find_armature() is None and obj != built.environment.regions[0].object:
+            bpy.data.objects.remove(obj)
+    box = cube("Cube", bpy.context.scene.collection, 1.0)
+    bpy.context.view_layer.update()
+    operators.add_obstacles()
+    assert [*built.environment.obstacles.objects] == [box] and warnings(capfd) == []

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...results.advice import environment_advice
+from ...results.advice import environment_advice, unlisted_advice
 from ..drawing import Sidebar, Step, draw_sentences, split_properties
 
 
@@ -19,6 +19,10 @@ class WAYFARER_PT_environment(Step, bpy.types.Panel):
             draw_sentences(context, layout, ["Choose a ground or obstacles, or add a sample scene"], "INFO")
             layout.operator_menu_enum("wayfarer.add_sample_room", "sample", icon="HOME")
         draw_sentences(context, layout, environment_advice(context.scene))
+        unlisted = unlisted_advice(context.scene, drawing=True)
+        if unlisted:
+            draw_sentences(context, layout, unlisted)
+            layout.operator("wayfarer.add_obstacles", icon="OUTLINER_COLLECTION")
         split_properties(layout)
         column = layout.column()
         column.prop(settings, "ground_source")
