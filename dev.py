@@ -295,11 +295,27 @@ def download_wheels(platform_name, python):
         with tempfile.TemporaryDirectory(dir=WHEELS) as partial:
             pip(python, [*command, "--dest", partial])
             for wheel in Path(partial).glob(wheel_pattern(platform_name, version)):
+                check_wheel(wheel)
                 wheel.replace(WHEELS / wheel.name)
     missing = missing_wheels(platform_name)
     if missing:
         raise Trouble(f"SciPy {scipy_version()} has no wheel for Python {', '.join(missing)} on {platform_name}.")
-    return [next(WHEELS.glob(wheel_pattern(platform_name, version))) for version in versions]
+    wheels = [next(WHEELS.glob(wheel_pattern(platform_name, version))) for version in versions]
+    for wheel in wheels:
+        check_wheel(wheel)
+    return wheels
+
+
+def check_wheel(wheel):
+    """Trouble unless the wheel is, to the last byte, one that requirements.txt names."""
+    named = re.search(rf"^# ([0-9a-f]{{64}})  {re.escape(wheel.name)}$", REQUIREMENTS.read_text("utf-8"), re.MULTILINE)
+    if named is None:
+        raise Trouble(f"requirements.txt has no SHA-256 for {wheel.name}; add it, if you trust where it comes from.")
+    if hashlib.sha256(wheel.read_bytes()).hexdigest() != named.group(1):
+        raise Trouble(
+            f"{wheel.name} is not the file that requirements.txt names: its SHA-256 is another. Delete it from the "
+            "folder wheels if it is there, and build again; if it comes again, do not use it."
+        )
 
 
 def missing_wheels(platform_name):

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import signal
 import subprocess
 import sys
@@ -69,3 +70,20 @@ def test_one_that_was_interrupted_is_made_afresh(folder):
     output = said(start(folder, "# none"))
     assert "] making" in output and "waiting" not in output
     assert not (venv / "wayfarer-unfinished").exists()
+
+
+def test_wheels_are_those_that_are_named(tmp_path):
+    listed = dev.REQUIREMENTS.read_text("utf-8")
+    for name, (_, versions) in dev.WHEEL_TAGS.items():
+        for version in versions:
+            pattern = dev.wheel_pattern(name, version).replace("*", r"\S*").replace(".whl", r"\.whl")
+            assert re.search(rf"(?m)^# [0-9a-f]{{64}}  {pattern}$", listed), (name, version)
+    known = tmp_path / re.search(r"(?m)^# [0-9a-f]{64}  (\S+)$", listed)[1]
+    known.write_bytes(b"something else")
+    with pytest.raises(dev.Trouble, match="is not the file that requirements.txt names"):
+        dev.check_wheel(known)
+    unknown = known.rename(tmp_path / "scipy-9.9.9-cp311-cp311-win_amd64.whl")
+    with pytest.raises(dev.Trouble, match="has no SHA-256"):
+        dev.check_wheel(unknown)
+    for wheel in dev.WHEELS.glob("*.whl"):
+        dev.check_wheel(wheel)
