@@ -17,6 +17,7 @@ from ...core.motion.graph_settings import MotionGraphSettings
 from ...core.motion.heading import with_steady_heading
 from ...core.motion.mirror import mirrored
 from ...core.progress import Progress, finish
+from ...core.wording import amount, exact, small
 from ..bridge.clip_actions import character_problem
 from ..bridge.copies import is_deformed_by
 from ..bridge.owned import drawn_objects, is_copy
@@ -137,6 +138,10 @@ _NARROW = 0.001
 """Metres that a ground must extend: a wall that is to be upright is not quite."""
 
 
+_COARSEST = 1 / 16
+"""Share of a cell that neighbouring numbers may be apart: a quarter of a sample."""
+
+
 @dataclass(frozen=True)
 class SceneShapes:
     """The shapes in a scene.
@@ -191,6 +196,7 @@ def read_shapes(scene, depsgraph, memory: ShapeMemory | None = None) -> SceneSha
         if settings.ground is not None and settings.ground.type in REGION_TYPES:
             ground = read_own_piece(settings.ground, depsgraph, memory)
     low, high, height = _ground(settings, pieces, ground, depsgraph)
+    _check_precision(settings, low, high)
     if ground is not None and ground.fills_rectangle:
         ground = None
     regions = []
@@ -274,6 +280,20 @@ def _ground(
         )
     low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
     return tuple(low.tolist()), tuple(high.tolist()), float(height)
+
+
+def _check_precision(settings, low: Sequence[float], high: Sequence[float]) -> None:
+    """SceneError if Blender's numbers, of single precision, are too coarse for cells on a ground (m) so far away."""
+    farthest = max(map(abs, (*low, *high)))
+    apart = float(np.spacing(np.float32(farthest)))
+    if apart <= _COARSEST * settings.cell_size:
+        return
+    obj = settings.ground if settings.source is GroundSource.OBJECT else None
+    ground = "ground" if obj is None else f"ground '{obj.name}'"
+    raise SceneError(
+        f"The {ground} lies {amount(farthest / 1000)} km from the origin, where Blender's numbers are {small(apart)} "
+        f"apart, too coarse for cells of {exact(settings.cell_size)} m; move the scene to the origin."
+    )
 
 
 def make_environment(scene, shapes: SceneShapes) -> Environment:

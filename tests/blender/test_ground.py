@@ -151,3 +151,23 @@ def test_what_is_too_far_away_is_named(environment, what):
     bpy.context.view_layer.update()
     with pytest.raises(SceneError, match=f"'{what}' reaches farther than 1,000 km from the origin; move the scene to"):
         shapes()
+
+
+@pytest.mark.parametrize(
+    ("far", "cell", "told"), [(5e5, 0.1, True), (5e6, 0.1, True), (6e4, 0.1, False), (6e4, 0.05, True)]
+)
+@pytest.mark.parametrize("source", ["OBJECT", "TYPED", "BOUNDS"])
+def test_a_ground_too_far_away_for_blenders_numbers_is_told(environment, source, far, cell, told):
+    """Neighbouring numbers of single precision are 3 cm apart 500 km away, and half a metre 5,000 km away."""
+    environment.ground_source, environment.cell_size = source, cell
+    environment.ground_low, environment.ground_high = (far - 4, -4), (far, 4)
+    for obj in (environment.ground, *environment.obstacles.objects):
+        obj.location.x += far
+    for region in environment.regions:
+        region.object.location.x += far
+    if told:
+        with pytest.raises(SceneError, match="move the scene to the origin") as caught:
+            shapes()
+        assert far > 1e6 or f"{far / 1000:.0f}" in str(caught.value)
+    else:
+        assert shapes().high[0] == pytest.approx(far, abs=10)

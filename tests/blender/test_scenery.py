@@ -1,5 +1,6 @@
 """What of a scene counts as obstacle and as ground, and what an artist is told where that may surprise."""
 
+import contextlib
 from dataclasses import asdict
 
 import bmesh
@@ -8,10 +9,12 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
+from bl_ext.user_default.wayfarer.addon.live import environment
 from bl_ext.user_default.wayfarer.addon.results import advice, staleness, store
 from bl_ext.user_default.wayfarer.addon.results import file as storage
 from bl_ext.user_default.wayfarer.addon.scene.inputs import obstacle_objects, read_shapes
 from bl_ext.user_default.wayfarer.addon.scene.relief import lowest_floor
+from bl_ext.user_default.wayfarer.addon.session import SESSION
 
 from .test_bad_input import new_mesh_object
 from .test_operators import build, fails_and_changes_nothing
@@ -389,3 +392,38 @@ def test_the_first_obstacle_makes_a_collection(built, capfd):
     bpy.context.view_layer.update()
     operators.add_obstacles()
     assert [*built.environment.obstacles.objects] == [box] and warnings(capfd) == []
+
+
+@contextlib.contextmanager
+def alone(obj):
+    """A viewport that shows nothing but an object."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        for other in bpy.context.view_layer.objects:
+            other.select_set(other == obj)
+        bpy.ops.view3d.localview(frame_selected=False)
+        yield
+        bpy.ops.view3d.localview(frame_selected=False)
+
+
+def test_a_local_view_leaves_no_obstacle_out(built, capfd):
+    """Neither in the environment, nor in what is drawn of it, nor in what is reported."""
+    scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
+    said, everything = warnings(capfd), read_shapes(scene, depsgraph)
+    embedded = store.embedding_of(scene)
+    environment.look(scene, depsgraph)
+    drawn = environment.environment_view(scene)
+    with alone(built.environment.ground):
+        assert not any(obj.visible_get() for obj in built.environment.obstacles.all_objects)
+        assert read_shapes(scene, depsgraph).fingerprint == everything.fingerprint and len(everything.pieces) > 1
+        SESSION.clear()
+        environment.look(scene, depsgraph)
+        again = environment.environment_view(scene)
+        assert len(again.lines) == len(drawn.lines) > 1
+        assert all(np.array_equal(a.points, b.points) for a, b in zip(again.lines, drawn.lines, strict=True))
+        build("build_motion_graph")
+        assert warnings(capfd) == said == []
+        assert np.array_equal(store.embedding_of(scene).environment.blocked, embedded.environment.blocked)
+        assert store.embedding_of(scene).n_nodes == embedded.n_nodes > 0

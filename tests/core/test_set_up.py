@@ -80,7 +80,7 @@ def test_wheels_are_those_that_are_named(tmp_path):
             assert re.search(rf"(?m)^# [0-9a-f]{{64}}  {pattern}$", listed), (name, version)
     known = tmp_path / re.search(r"(?m)^# [0-9a-f]{64}  (\S+)$", listed)[1]
     known.write_bytes(b"something else")
-    with pytest.raises(dev.Trouble, match="is not the file that requirements.txt names"):
+    with pytest.raises(dev.Trouble, match=r"is not the file that requirements\.txt names"):
         dev.check_wheel(known)
     unknown = known.rename(tmp_path / "scipy-9.9.9-cp311-cp311-win_amd64.whl")
     with pytest.raises(dev.Trouble, match="has no SHA-256"):
