@@ -14,7 +14,7 @@ _USUAL = 99.5
 """Percentile of the accelerations of the knee in the motion that count as its own everywhere."""
 _UNSEEN = 100.0
 """Radians per square second that nobody notices."""
-_FREE = 0.2
+_FREE = 0.02
 """Weight of a place in the air, beside that of a place on the ground."""
 _LEAST_LEVER = 0.17
 """Sine of the bend below which the foot counts as moving with it all the same: 10 degrees."""

@@ -1,6 +1,7 @@
 """Foot contact clean-up: planted feet stand still, and nothing else is touched."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from core.motion.repertoire import sample_repertoire, sample_skeleton
 from core.motion.skeleton import Skeleton
 from core.playback.cleanup import CleanupSettings, clean_feet, hold_plants
 from core.playback.coupled_joints import find_coupled_joints
-from core.playback.knee_easing import eased_foot_move
+from core.playback.knee_easing import _UNSEEN, eased_foot_move
 from core.playback.loop import loop_steps
 from core.playback.plants import Plant, clip_plants, repeated, walk_plants
 from core.playback.quality import foot_slide
@@ -32,13 +33,19 @@ SETTINGS = CleanupSettings()
 CLIP = sample_repertoire()[0]
 
 
-@pytest.fixture(scope="module", params=["sample", "recorded"])
+@cache
+def hall(data_folder=None):
+    """An empty hall for the recorded clips, or for the sample character."""
+    graph = recorded_graph(data_folder) if data_folder else sample_graph()
+    return embed(graph, build_environment(Grid.over_rectangle((0, 0), (6, 6), 0.15, 24), np.empty((0, 3, 3))))
+
+
+@pytest.fixture(scope="module", params=[*(f"sample {seed}" for seed in range(8)), "recorded 3"])
 def walk(request):
-    graph = recorded_graph(request.getfixturevalue("data_folder")) if request.param == "recorded" else sample_graph()
-    grid = Grid.over_rectangle((0, 0), (6, 6), 0.15, 24)
-    embedding = embed(graph, build_environment(grid, np.empty((0, 3, 3))))
-    # Walks of which every limit below holds: turns on the spot can miss some of them by a little.
-    return finish(random_walk_steps(embedding, np.random.default_rng(3), WalkSettings(40.0)))
+    """Walks of which every limit below holds: several by chance, which turn on the spot a lot."""
+    motion, seed = request.param.split()
+    embedding = hall(request.getfixturevalue("data_folder")) if motion == "recorded" else hall()
+    return finish(random_walk_steps(embedding, np.random.default_rng(int(seed)), WalkSettings(40.0)))
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +78,9 @@ def test_feet_stand_still_no_worse_than_in_the_clips(walk, played, cleaned):
     source = np.concatenate([foot_slide(clip_plants(clip), clip.world[1], rate) for clip in graph.clips])
     before = foot_slide(plants, played.world[1], rate)
     after = foot_slide(plants, cleaned.clip.world[1], rate)
+    # Steps that the clips lack are no slide.
+    up = [cleaned.lifted[plant.first : plant.last + 1, plant.side] for plant in plants]
+    after = after[~np.concatenate([lifted[1:] & lifted[:-1] for lifted in up])]
     assert before.mean() > 0.05  # there is something to do
     assert after.mean() <= 0.02 and after.mean() <= source.mean()
 
@@ -84,8 +94,8 @@ def test_each_plant_keeps_one_place_and_its_heights(played, cleaned):
         for stretch, pivots in zip(np.split(frames, changes), np.split(plant.pivots, changes), strict=True):
             spreads.append(np.ptp(after[stretch, pivots[0]], axis=0)[:2].max())
             spreads.append(np.abs(after[stretch, pivots[0], 2] - before[stretch, pivots[0], 2]).max())
-    # A leg that its place is out of reach for, with the hips as low as they may get, misses it by a little.
-    assert np.mean(np.array(spreads) < 1e-4) > 0.97 and max(spreads) < 0.02
+    # A nearly straight leg gives way by less than anyone sees, where its foot comes down or leaves.
+    assert np.mean(np.array(spreads) < 5e-4) > 0.96 and max(spreads) < 1e-3
 
 
 def test_feet_keep_their_orientation_and_the_root_its_path(played, cleaned):
@@ -108,9 +118,9 @@ def test_frames_far_from_plants_are_untouched(walk, played):
     assert not cleaned.touched[far].any()
     same = np.all(played.rotations == cleaned.clip.rotations, axis=(1, 2))
     assert np.array_equal(cleaned.touched | same, np.ones(played.n_frames, dtype=bool))
-    # A foot is left alone far from its own plants, but for hips that are lowered for the other one.
+    # A foot is left alone far from its own plants, as the clips have them, but for hips lowered for the other one.
     for side, foot in enumerate(foot_joints(played.skeleton)):
-        own = far_from([plant for plant in cleaned.plants if plant.side == side], played.n_frames, window)
+        own = far_from([plant for plant in walk_plants(walk) if plant.side == side], played.n_frames, window)
         assert own.sum() > 20
         # Where those would make its knee snap, it gives way.
         away = np.abs(played.world[1][own][:, foot] - cleaned.clip.world[1][own][:, foot]).max(axis=(1, 2))
@@ -417,12 +427,13 @@ def test_hardly_a_foot_slides_while_it_is_on_the_ground(walk, played, cleaned):
 
 
 def test_knees_are_accelerated_no_more_than_in_the_motion(played, cleaned):
-    """Frame for frame no more than the motion there, or than it usually is anywhere; without easing, many are."""
+    """No more than the motion there, or than it usually is, or than one notices; without easing, many are."""
+    unseen = _UNSEEN / played.frame_rate**2
     for side in (0, 1):
         leg = leg_of(played.skeleton, side)
         before, after = (knee_accelerations(leg, clip.world[1]) for clip in (played, cleaned.clip))
         lifted = np.flatnonzero(cleaned.lifted[:, side])
-        allowed = np.maximum(before, np.percentile(before, 99.5))
+        allowed = np.maximum(before, max(np.percentile(before, 99.5), unseen))
         near = np.min(np.abs(np.arange(1, played.n_frames - 1)[:, None] - lifted), axis=1, initial=99) < 8
         assert np.all((after <= 1.1 * allowed + 0.005) | near)
 
