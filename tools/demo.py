@@ -189,7 +189,7 @@ def _open(path) -> None:
 
 
 def _import(folder) -> None:
-    bpy.ops.wayfarer.import_bvh(directory=str(folder))
+    bpy.ops.wayfarer.import_motion(directory=str(folder))
 
 
 def shown_scene() -> MapScene:

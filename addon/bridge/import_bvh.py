@@ -1,6 +1,6 @@
 """BVH files as actions of one armature."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,29 +15,17 @@ from ...core.motion.bvh.clip import Fit, bvh_clip_steps, fit_character
 from ...core.motion.bvh.file import BvhFile
 from ...core.motion.bvh.reader import load_bvh_steps
 from ...core.motion.clip import MotionClip
+from ...core.motion.doctor.finding import bones_in_words
 from ...core.motion.skeleton import Skeleton
 from ...core.progress import Progress, finish, portion
 from .create_armature import create_armature
+from .import_state import restore, what_is_there
 from .read_actions import FRAME_RATE_PROPERTY
 from .rig import FORWARD_PROPERTY, read_matrices
 from .rotation_modes import channels_from_quaternions, rotation_property
 from .write_action import STILL, new_action, write_bone
 
-_COLLECTIONS = ("objects", "armatures", "meshes", "materials", "collections", "actions")
 _READING = 0.3  # of the whole work
-
-
-@dataclass(frozen=True)
-class Before:
-    """What the file held before an import, by session ids: no reference to Blender's data is kept meanwhile.
-
-    ``blocks`` are those of each collection of data that an import adds to, ``active`` is the active object (0 for
-    none), ``selected`` are the selected objects.
-    """
-
-    blocks: dict[str, frozenset[int]]
-    active: int
-    selected: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -60,8 +48,8 @@ def import_bvh_folder(folder, scale: float | None = None, up: str = "") -> tuple
     Returns (armature object, actions, problems): actions are named after their files and keep every frame of
     theirs, from frame 1, one frame apart; their own rate is in the custom property ``wayfarer_frame_rate``,
     which :func:`read_clip` honours. Problems are (file name, reason) of those that were left out: damaged
-    files, and those whose bones are not the ones of the first. Files whose bones have the same names, but another rest
-    pose or size, are carried over to the skeleton of the first.
+    files, and those whose skeleton cannot be understood beside that of the first. Files of another rest pose, size or
+    skeleton are carried over to that of the first.
 
     ``scale`` is the length of a file's unit in metres, ``up`` the axis that points up in the files, a key of
     ``TO_Z_UP``; by default both are found from the motion (:func:`understand_bvh_steps`). The scene's rate and frame
@@ -105,7 +93,7 @@ def import_bvh_files_steps(paths, scale: float | None = None, up: str = "") -> G
             try:
                 if id(character) not in fits:
                     fits[id(character)] = _fit(characters[0], character, Path(files[0].name).stem)
-                work = bvh_clip_steps(file, character, characters[0], fits[id(character)])
+                work = bvh_clip_steps(file, character, fits[id(character)])
                 clip = yield from portion(work, start, start)
             except ClipError as error:
                 problems.append((file.name, str(error)))
@@ -143,22 +131,32 @@ def _fit(own: BvhCharacter, other: BvhCharacter, name: str) -> Fit:
     try:
         return fit_character(own, other)
     except ClipError as error:
-        raise ClipError(f"Its skeleton is not that of '{name}': {error} Import it from a folder of its own.") from None
+        raise ClipError(f"Its skeleton is not that of '{name}', and {error} Import it by itself.") from None
 
 
 def _remarks(files: Sequence[BvhFile], characters: Sequence[BvhCharacter], fits: dict[int, Fit]) -> list[str]:
     """Sentences on how the files were understood, and on those that are unlike the first."""
     remarks = [f"{characters[0].describe()}; if it is not, import again with another Up or Scale."]
-    unlike: dict[str, list[str]] = {}
+    unlike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for file, character in zip(files, characters, strict=True):
         fit = fits.get(id(character))
         if fit is not None and not fit.is_same:
-            unlike.setdefault(fit.reason, []).append(f"'{file.name}'")
-    for reason, names in unlike.items():
-        named = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-        verb = "has" if len(names) == 1 else "have"
-        remarks.append(f"{named} {verb} {reason}: carried over to the skeleton of '{files[0].name}'.")
+            unlike.setdefault((fit.reason, fit.unmoved), []).append(file.name)
+    remarks += carried_in_words(unlike, f"the skeleton of '{files[0].name}'")
     return remarks + [remark for file in files for remark in file.remarks]
+
+
+def carried_in_words(unlike: Mapping[tuple[str, tuple[str, ...]], Sequence[str]], goal: str) -> list[str]:
+    """Say which files were carried over to ``goal``: their names by what is unlike, and the bones they do not move."""
+    sentences = []
+    for (reason, unmoved), names in unlike.items():
+        named = ", ".join(f"'{name}'" for name in names[:3])
+        named += f" and {len(names) - 3} more" if len(names) > 3 else ""
+        verb, they = ("has", "it") if len(names) == 1 else ("have", "them")
+        rests = "stays at rest" if len(unmoved) == 1 else "stay at rest"
+        rest = f"; {bones_in_words(unmoved)} {rests}, without a counterpart in {they}" if unmoved else ""
+        sentences.append(f"{named} {verb} {reason}: carried over to {goal}{rest}.")
+    return sentences
 
 
 def _new_armature(name: str, file: BvhFile, character: BvhCharacter) -> bpy.types.Object:
@@ -210,32 +208,6 @@ def _basis_turns(armature_object, skeleton: Skeleton) -> tuple[np.ndarray, np.nd
     of_joints = skeleton.rest_world[0]
     above = np.where((skeleton.parents >= 0)[:, None], of_joints[skeleton.parents], quat.IDENTITY)
     return quat.multiply(quat.inverse(of_bones), above), quat.multiply(quat.inverse(of_joints), of_bones)
-
-
-def what_is_there() -> Before:
-    """What :func:`restore` goes back to."""
-    objects = bpy.context.view_layer.objects
-    return Before(
-        blocks={name: frozenset(block.session_uid for block in getattr(bpy.data, name)) for name in _COLLECTIONS},
-        active=objects.active.session_uid if objects.active else 0,
-        selected=frozenset(obj.session_uid for obj in objects.selected),
-    )
-
-
-def restore(before: Before) -> None:
-    """Delete everything that has come since, and select what was selected."""
-    active = bpy.context.view_layer.objects.active
-    if active is not None and active.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
-    for name in _COLLECTIONS:
-        collection = getattr(bpy.data, name)
-        for datablock in [datablock for datablock in collection if datablock.session_uid not in before.blocks[name]]:
-            collection.remove(datablock)
-    bpy.context.view_layer.update()
-    objects = bpy.context.view_layer.objects
-    for obj in objects:
-        obj.select_set(obj.session_uid in before.selected)
-    objects.active = next((obj for obj in objects if obj.session_uid == before.active), None)
 
 
 def _known(collection: str, uid: int):

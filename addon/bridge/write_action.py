@@ -32,11 +32,12 @@ def write_clip(
     first_frame: int = 1,
     binding: RigBinding | None = None,
     only_bones: Collection[str] | None = None,
+    at_own_rate: bool = False,
 ) -> bpy.types.Action:
     """Bake ``clip`` into a new action that moves the bones of ``armature_object`` like the clip's joints.
 
-    The clip is in world space and metres; it is resampled to the scene's frame rate and gets one
-    linear key a frame from ``first_frame`` on, in each bone's own rotation mode, without jumps. Bones and
+    The clip is in world space and metres; it is resampled to the scene's frame rate, unless ``at_own_rate``, and gets
+    one linear key a frame from ``first_frame`` on, in each bone's own rotation mode, without jumps. Bones and
     joints are matched by name, through their rest poses, so that clips of the same character can be written
     on a rig whose bones have other axes. Bones that the clip does not know stay in their rest pose; joints
     that the armature lacks are skipped. Location is keyed for the root and for joints that leave their rest
@@ -57,7 +58,7 @@ def write_clip(
     it is connected to its parent, and for the reasons of :func:`bind_rig`.
     """
     binding = binding or bind_rig(armature_object)
-    clip = at_scene_rate(clip)
+    clip = clip if at_own_rate else at_scene_rate(clip)
     carriers = find_carriers(armature_object, binding)
     placements = carried_placements(binding, clip, carriers)
     of_object = object_channels(armature_object, placements, carriers.object_keys, clip.n_frames)

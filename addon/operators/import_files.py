@@ -1,4 +1,4 @@
-"""Motion from other files: BVH folders and .blend files."""
+"""Motion from other files: BVH, FBX and glTF, and .blend files."""
 
 from pathlib import Path
 from typing import Any, cast
@@ -14,29 +14,37 @@ from ...core.motion.doctor.posture import posture_findings
 from ...core.progress import Progress, portion
 from ...core.wording import counted
 from ..bridge.action_curves import action_curves
+from ..bridge.blenders_importers import with_family
 from ..bridge.body import add_body
-from ..bridge.import_bvh import bvh_files, import_bvh_files_steps, restore, what_is_there
+from ..bridge.clip_actions import character_problem
+from ..bridge.import_bvh import bvh_files
+from ..bridge.import_motion import SUFFIXES, MotionImport, import_motion_steps, motion_files
+from ..bridge.import_state import restore, what_is_there
 from ..bridge.libraries import forget_file
 from ..bridge.owned import CHARACTER, WALK_PROPERTY, ensure_collection
 from ..bridge.read_actions import read_clip
 from ..bridge.tags import write_tags
+from ..bridge.write_action import assign_action
 from .mixins import Browses, NeedsObjectMode, NeedsRig, reports_errors
 from .remedies import doubts_in_words
 
 
-class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
-    bl_idname = "wayfarer.import_bvh"
-    bl_label = "Import BVH Folder"
-    bl_description = "Import BVH files as actions of one new character: those that are selected, or all of a folder"
+class _ImportsMotion(NeedsObjectMode, Browses):
+    """Mixin: files, or a folder, as actions of a character."""
+
+    suffixes = SUFFIXES
 
     directory: StringProperty(
-        name="Folder", description="All BVH files in it are imported", subtype="DIR_PATH", options={"SKIP_SAVE"}
+        name="Folder",
+        description="All files in it that can hold motion are imported",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
     )
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    filter_glob: StringProperty(default="*.bvh", options={"HIDDEN"})
+    filter_glob: StringProperty(default="*.bvh;*.fbx;*.glb;*.gltf", options={"HIDDEN"})
     scale: FloatProperty(
         name="Scale",
-        description="Metres per unit of the files; 0 finds it from the size of the character",
+        description="Metres per unit of BVH files; 0 finds it from the size of the character",
         default=0.0,
         min=0.0,
         soft_max=1.0,
@@ -44,7 +52,7 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
     )
     up_axis: EnumProperty(
         name="Up",
-        description="The axis that points up in the files",
+        description="The axis that points up in BVH files",
         items=(
             ("AUTO", "From the Motion", "Find it from the motion: the head is above the feet"),
             *((axis, axis, f"{axis} is up in the files") for axis in TO_Z_UP),
@@ -64,32 +72,43 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
         min=0.05,
         soft_max=0.6,
     )
-    use_body: BoolProperty(name="Add Body", description="Add a simple body that shows the motion", default=True)
+    use_body: BoolProperty(
+        name="Add Body", description="Add a simple body to a new character that has none", default=True
+    )
 
     def steps(self, context):
         folder = Path(bpy.path.abspath(self.directory))
         if not folder.is_dir():
             raise ClipError(f"There is no folder '{folder}'; choose one with BVH files in it.")
         # Where nothing is selected, the file browser gives the name in its text field: often that of the .blend file.
-        chosen = [folder / file.name for file in self.files if file.name.lower().endswith(".bvh")]
+        chosen = [folder / file.name for file in self.files if file.name.lower().endswith(self.suffixes)]
         missing = [path.name for path in chosen if not path.is_file()]
         if missing:
             raise ClipError(
                 f"There is no file '{missing[0]}' in '{folder}'; choose files that are there, or none to import all."
             )
-        paths = chosen or bvh_files(folder)
+        paths = chosen or self.all_of(folder)
+        character = self.character(context)
         before, complete = what_is_there(), False
         try:
             up = "" if self.up_axis == "AUTO" else self.up_axis
-            made = yield from portion(import_bvh_files_steps(paths, self.scale or None, up), 0.0, 0.8)
-            uid, uids = made.armature.session_uid, {action.session_uid for action in made.actions}
-            problems, remarks = made.problems, made.remarks
-            tags, unknown, doubtful = yield from portion(self._look_steps(uid, uids), 0.8, 1.0)
+            work = import_motion_steps(paths, character, self.scale or None, up)
+            made = yield from portion(work, 0.0, 0.8)
+            looked = yield from portion(self._look_steps(made.armature, set(made.actions)), 0.8, 1.0)
             complete = True
         finally:
             if not complete:
                 restore(before)
-        return before, uid, uids, problems, remarks, tags, unknown, doubtful
+        return before, made, *looked
+
+    def character(self, context):
+        """Return the armature that the motion is for; None for a new one."""
+        character = context.scene.wayfarer.character
+        return character if character is not None and not character_problem(context.scene) else None
+
+    def all_of(self, folder: Path) -> list[Path]:
+        """List the files of a folder."""
+        return motion_files(folder)
 
     def apply(self, context, result):
         before, *imported = result
@@ -99,23 +118,19 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             restore(before)
             raise
 
-    def _add(self, context, uid: int, uids: set[int], problems, remarks, tags, unknown: str, doubtful) -> None:
-        armature = next(obj for obj in bpy.data.objects if obj.session_uid == uid)
-        actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in uids}
+    def _add(self, context, made: MotionImport, tags, unknown: str, doubtful) -> None:
+        armature = next(obj for obj in bpy.data.objects if obj.session_uid == made.armature)
+        actions = {action.session_uid: action for action in bpy.data.actions if action.session_uid in made.actions}
         for action_uid, (masks, first_frame) in tags.items():
             write_tags(actions[action_uid], masks, first_frame)
-        collection = ensure_collection(context.scene, CHARACTER)
-        for other in armature.users_collection:
-            other.objects.unlink(armature)
-        collection.objects.link(armature)
-        cast(bpy.types.Armature, armature.data).display_type = "STICK"
-        bodiless = self.use_body and add_body(armature) is None
+        bodiless = made.is_new and self._settle(context.scene, armature, made)
         settings = context.scene.wayfarer
-        settings.character = armature
+        if settings.character != armature:
+            settings.character = armature
         settings.refresh_clips()
-        for name, reason in problems:
+        for name, reason in made.problems:
             self.report({"WARNING"}, f"Left out '{name}': {reason}")
-        for remark in remarks:
+        for remark in made.remarks:
             self.report({"INFO"}, remark)
         if unknown:
             self.report({"WARNING"}, f"No jumps were tagged: {unknown}")
@@ -125,6 +140,21 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             self.report({"WARNING"}, sentence)
         jumps = f", {len(tags)} of them with jumps" if tags else ""
         self.report({"INFO"}, f"{counted(len(actions), 'clip')} imported{jumps}")
+
+    def _settle(self, scene, armature, made: MotionImport) -> bool:
+        """Give a new character its place in the scene; return True if it lacks the body that is asked for."""
+        collection = ensure_collection(scene, CHARACTER)
+        for obj in with_family(armature):
+            for other in obj.users_collection:
+                other.objects.unlink(obj)
+            collection.objects.link(obj)
+        if made.actions:
+            first = next(action for action in bpy.data.actions if action.session_uid == made.actions[0])
+            assign_action(armature, first)
+        if made.has_body:
+            return False
+        cast(bpy.types.Armature, armature.data).display_type = "STICK"
+        return self.use_body and add_body(armature) is None
 
     def _look_steps(self, uid: int, uids: set[int]):
         """Tags of the actions that hold jumps, by their session id: (masks, first frame); if jumps could not be looked
@@ -149,6 +179,30 @@ class WAYFARER_OT_import_bvh(NeedsObjectMode, Browses, bpy.types.Operator):
             if mask.any():
                 tags[action_uid] = {**clip.tags, tag: mask}, int(clip.first_frame)
         return tags, unknown, doubtful
+
+
+class WAYFARER_OT_import_motion(_ImportsMotion, bpy.types.Operator):
+    bl_idname = "wayfarer.import_motion"
+    bl_label = "Import Motion"
+    bl_description = (
+        "Import BVH, FBX and glTF files as actions of the character, or of a new one if none is chosen: those that are "
+        "selected, or all of a folder"
+    )
+
+
+class WAYFARER_OT_import_bvh(_ImportsMotion, bpy.types.Operator):
+    bl_idname = "wayfarer.import_bvh"
+    bl_label = "Import BVH Folder"
+    bl_description = "Import BVH files as actions of one new character: those that are selected, or all of a folder"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    suffixes = (".bvh",)
+
+    def character(self, context):
+        return None
+
+    def all_of(self, folder):
+        return bvh_files(folder)
 
 
 class WAYFARER_OT_append_actions(NeedsRig, bpy.types.Operator):
@@ -217,4 +271,4 @@ def _moves(character, action) -> bool:
     return True
 
 
-CLASSES = (WAYFARER_OT_import_bvh, WAYFARER_OT_append_actions)
+CLASSES = (WAYFARER_OT_import_motion, WAYFARER_OT_import_bvh, WAYFARER_OT_append_actions)

@@ -2,10 +2,11 @@
 
 import bpy
 
-from . import lists, overlay, swatches
+from . import dropped_files, lists, overlay, swatches
 from .panels import PANELS
 
-_register, _unregister = bpy.utils.register_classes_factory((*lists.CLASSES, *PANELS))  # pyright: ignore[reportGeneralTypeIssues]
+_CLASSES = (*lists.CLASSES, *dropped_files.CLASSES, *PANELS)
+_register, _unregister = bpy.utils.register_classes_factory(_CLASSES)  # pyright: ignore[reportGeneralTypeIssues]
 
 
 def _draw_export(self, context) -> None:

@@ -47,6 +47,7 @@ LEFT_OUT = {
     # They need what :class:`Artist` has steps of its own for, or files that other tests make up.
     "apply_remedy",
     "import_bvh",
+    "import_motion",
     # Twenty-eight clips, made and written: it takes as long as a hundred other steps.
     "add_sample_character",
 }

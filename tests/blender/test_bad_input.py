@@ -496,6 +496,7 @@ def test_an_import_that_stops_after_its_files(tmp_path, late):
         directory, files, scale, up_axis = str(tmp_path), (), 0.0, "AUTO"
         jump_tag, jump_height, use_body = "step", 0.25, True
         steps, apply, _look_steps, _add = operator.steps, operator.apply, operator._look_steps, operator._add
+        suffixes, all_of, character, _settle = operator.suffixes, operator.all_of, operator.character, operator._settle
 
     for name in ("a", "b"):
         (tmp_path / f"{name}.bvh").write_text(bvh())

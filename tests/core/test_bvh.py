@@ -46,7 +46,7 @@ def clips_of(*files: BvhFile, unit: float | None = None, up: str = "") -> list[M
     """What an import makes of files: clips on the skeleton of the first."""
     characters = understood(files, unit, up)
     return [
-        finish(bvh_clip_steps(file, character, characters[0], fit_character(characters[0], character)))
+        finish(bvh_clip_steps(file, character, fit_character(characters[0], character)))
         for file, character in zip(files, characters, strict=True)
     ]
 
@@ -261,13 +261,26 @@ def test_another_size_walks_at_the_size_of_the_first():
     own, other = understood([parsed(walk_text()), parsed(text)], unit=0.01)
     fit = fit_character(own, other)
     assert fit.reason == "another size" and fit.ratio == pytest.approx(1 / 0.7, rel=1e-4)
-    clip = finish(bvh_clip_steps(parsed(text), other, own, fit))
+    clip = finish(bvh_clip_steps(parsed(text), other, fit))
     assert_same_motion(clip, small, atol=2e-3)
 
 
-def test_other_joints_are_named():
-    first, other = understood([parsed(walk_text()), parsed(walk_text().replace("Head", "Skull"))])
-    with pytest.raises(ClipError, match="bone 'Head'"):
+def test_other_joints_are_carried_over_and_named():
+    renamed = walk_text("turn_left_90", name_of=lambda name: {"Head": "Skull"}.get(name, name))
+    first, other = understood([parsed(walk_text()), parsed(renamed)])
+    fit = fit_character(first, other)
+    assert fit.unmoved == ("Head",)
+    clip = finish(bvh_clip_steps(parsed(renamed), other, fit))
+    expected = walks()["turn_left_90"]
+    joints = [expected.skeleton.index(name) for name in clip.skeleton.names]
+    np.testing.assert_allclose(clip.world[1], expected.world[1][:, joints], atol=2e-3)
+
+
+def test_joints_that_say_nothing_are_refused():
+    renamed = walk_text(name_of=lambda name: f"{name[::-1]}{len(name)}" if "Leg" in name else name[::-1])
+    flat = "\n".join("OFFSET 0 1 0" if "OFFSET" in line else line for line in renamed.splitlines())
+    first, other = understood([parsed(walk_text()), parsed(flat)])
+    with pytest.raises(ClipError, match="is not known"):
         fit_character(first, other)
 
 

@@ -83,7 +83,7 @@ def bring_clips(folder: Path | None, few: bool = False) -> tuple[list[MotionClip
     scene = bpy.context.scene
     scene.render.fps = 30
     if folder is not None:
-        bpy.ops.wayfarer.import_bvh(directory=str(folder))
+        bpy.ops.wayfarer.import_motion(directory=str(folder))
     else:
         bpy.ops.wayfarer.add_sample_character()
         for clip in scene.wayfarer.clips:

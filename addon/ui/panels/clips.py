@@ -25,14 +25,14 @@ class WAYFARER_PT_clips(Step, bpy.types.Panel):
             draw_sentences(context, layout, ["Choose an armature with actions, or add one"], "INFO")
             column = layout.column(align=True)
             column.operator("wayfarer.add_sample_character", icon="ARMATURE_DATA")
-            column.operator("wayfarer.import_bvh", icon="IMPORT")
+            column.operator("wayfarer.import_motion", icon="IMPORT")
             return
         draw_sentences(context, layout, clip_advice(scene))
         row = layout.row()
         row.template_list("WAYFARER_UL_clips", "", settings, "clips", settings, "active_clip", rows=5, maxrows=8)
         column = row.column(align=True)
         column.operator("wayfarer.refresh_clips", text="", icon="FILE_REFRESH")
-        column.operator("wayfarer.import_bvh", text="", icon="IMPORT")
+        column.operator("wayfarer.import_motion", text="", icon="IMPORT")
         column.operator("wayfarer.append_actions", text="", icon="APPEND_BLEND")
         column.prop(settings, "use_others", text="", icon="COMMUNITY")
         if not settings.clips:
