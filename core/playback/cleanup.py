@@ -28,7 +28,7 @@ from ..motion.contacts import ContactSettings, foot_joints
 from ..motion.skeleton import Skeleton
 from .coupled_joints import find_coupled_joints, move_coupled_joints
 from .knee_easing import eased_foot_move
-from .plants import Plant, SplitPlant, repeated, split_plant, walk_plants
+from .plants import Plant, SplitPlant, overlapping, repeated, split_plant, walk_plants
 from .transitions import closing
 from .two_bone import Leg, find_leg, leg_turns
 from .walk import Walk
@@ -183,7 +183,9 @@ def hold_plants(clip: MotionClip, plants: Sequence[Plant], settings: CleanupSett
     size = relative_size(skeleton)
     rotations, positions = clip.world
     stances = [
-        split_plant(plant, positions, settings.max_shift * size, window) for plant in plants if plant.side in legs
+        split_plant(plant, positions, settings.max_shift * size, window)
+        for plant in overlapping(plants)
+        if plant.side in legs
     ]
     held = [plant for stance in stances for plant in stance.parts]
     if not held:

@@ -120,6 +120,24 @@ def _split(
     return [plant]
 
 
+def overlapping(plants: Sequence[Plant]) -> list[Plant]:
+    """Return plants of which each lasts a frame longer, where the other foot comes down only after its last frame.
+
+    Else no foot would stand from the one frame to the next, as if the character jumped.
+
+    >>> pivots = np.zeros(3, dtype=int)
+    >>> [(plant.first, plant.last) for plant in overlapping([Plant(0, 0, 2, pivots), Plant(1, 3, 5, pivots)])]
+    [(0, 3), (3, 5)]
+    """
+    comes_down = {(plant.side, plant.first) for plant in plants}
+    return [
+        Plant(plant.side, plant.first, plant.last + 1, np.append(plant.pivots, plant.pivots[-1]))
+        if (1 - plant.side, plant.last + 1) in comes_down and (plant.side, plant.last + 2) not in comes_down
+        else plant
+        for plant in plants
+    ]
+
+
 def repeated(plants: Sequence[Plant], lap: int, n_laps: int) -> list[Plant]:
     """Return the plants of a motion that is repeated every ``lap`` frames, joined where laps go on from one another.
 

@@ -379,6 +379,18 @@ def test_a_plant_that_travels_too_far_is_parted():
     assert len(whole.plants) == 1
 
 
+def test_a_foot_stands_until_the_other_one_does():
+    """Where the one comes down a frame after the other was last planted, none would stand in between."""
+    clip = dragged(25, way=0.15)
+    feet = foot_joints(clip.skeleton)
+    plants = [Plant(0, 10, 29, np.full(20, feet[0][1])), Plant(1, 30, 49, np.full(20, feet[1][1]))]
+    cleaned = hold_plants(clip, plants, SETTINGS)
+    at = cleaned.clip.world[1][29:31, feet[0][1], :2]
+    assert np.linalg.norm(np.diff(clip.world[1][29:31, feet[0][1], :2], axis=0)) > 0.01
+    assert np.linalg.norm(np.diff(at, axis=0)) < 1e-4
+    assert [(plant.first, plant.last) for plant in cleaned.plants] == [(10, 30), (30, 49)]
+
+
 def test_a_foot_is_lifted_for_the_step_between_two_parts():
     """Up and down once, without jerks, and in the air while it travels from the one place straight to the other."""
     clip = dragged(25)
