@@ -25,6 +25,9 @@ from pathlib import Path
 
 import numpy as np
 
+UNSOUND = (ValueError, LookupError, TypeError, AttributeError, RecursionError, EOFError, zipfile.BadZipFile, zlib.error)
+"""What Embedding raises for files that are none of ours, or damaged."""
+
 
 class Damaged(ValueError):
     pass
@@ -237,16 +240,7 @@ if __name__ == "__main__":
         embedding = Embedding(sys.argv[1])
     except (OSError, Damaged) as error:
         sys.exit(f"wayfarer_reader.py: {error}")
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        RecursionError,
-        EOFError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ):
+    except UNSOUND:
         sys.exit(f"wayfarer_reader.py: what '{sys.argv[1]}' holds is damaged")
     rng = np.random.default_rng(0)
     start = embedding.any_node(rng)

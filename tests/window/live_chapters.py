@@ -10,8 +10,8 @@ from scene_facts import badges, colors, keep_picture, numbers, part, settings
 
 PILLAR = "Pillar A"
 PAPER_LINKS = 147
-_TIMES = 5
-_UNCOUNTED = 3
+_TIMES = 3
+_UNCOUNTED = 2
 """At first nobody knows how long it takes."""
 
 _STEP = 0.3
