@@ -91,6 +91,22 @@ def _scene_apart(armature_object):
 
 
 @contextlib.contextmanager
+def transforms_kept(scene):
+    """Put poses and transforms of a scene's objects back at the end, keyed or not: a frame that is set moves them."""
+    before = []
+    for obj in scene.objects:
+        for holder in (obj, *(obj.pose.bones if obj.pose is not None else ())):
+            before.append((holder, {name: tuple(getattr(holder, name)) for name in REST_CHANNELS}))
+    try:
+        yield
+    finally:
+        for holder, values in before:
+            for name, value in values.items():
+                if tuple(getattr(holder, name)) != value:
+                    setattr(holder, name, value)
+
+
+@contextlib.contextmanager
 def _playing_alone(armature_object, action, slot):
     """Play one action on the rest pose, without NLA; put everything back afterwards."""
     bones = armature_object.pose.bones

@@ -15,6 +15,7 @@ import bpy
 from ...core.errors import ExportError
 from .action_curves import action_curves
 from .copies import silence, tie_copies
+from .evaluated_pose import transforms_kept
 from .read_actions import source_frame_rate
 
 _EXPORTER = "io_scene_gltf2"
@@ -41,7 +42,13 @@ def export_clips(armature_object, actions: Iterable[tuple[str, bpy.types.Action]
     check_exportable(armature_object)
     view_layer = bpy.context.view_layer
     wanted = [armature_object, *_moved_meshes(armature_object, view_layer)]
-    with _in_a_window(), _stand_ins(wanted) as (copies, names), _selected(copies, view_layer), _quiet() as said:
+    with (
+        transforms_kept(bpy.context.scene),
+        _in_a_window(),
+        _stand_ins(wanted) as (copies, names),
+        _selected(copies, view_layer),
+        _quiet() as said,
+    ):
         _lay_tracks(copies[0], armature_object, actions)
         try:
             done = bpy.ops.export_scene.gltf(

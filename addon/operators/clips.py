@@ -13,7 +13,7 @@ from ...core.wording import counted
 from ..exports.report import open_page
 from ..jobs import LongOperator
 from ..results.clips import keep_contacts
-from ..scene.inputs import read_character_steps
+from ..scene.inputs import check_any, read_character_steps
 from .mixins import NeedsClips, NeedsRig
 
 
@@ -45,6 +45,7 @@ class WAYFARER_OT_show_contacts(NeedsClips, LongOperator, bpy.types.Operator):
         scene = context.scene
         settings = scene.wayfarer.contacts.to_core(scene.wayfarer.character)
         read = yield from portion(read_character_steps(scene), 0.0, 0.5)
+        check_any(scene, read)
         found = []
         for done, clip in enumerate(read.clips):
             yield Progress(0.5 + 0.5 * done / len(read.clips), f"Watching the feet of {clip.name}")

@@ -12,7 +12,6 @@ import numpy as np
 from mathutils import Vector
 
 from ...core.embedding.embedding import Embedding, embed_steps
-from ...core.errors import ClipError
 from ...core.evaluation.variability import coverage_share
 from ...core.motion.doctor import ClipMotion, clip_motions
 from ...core.motion.graph import MotionGraph, build_motion_graph_steps
@@ -21,6 +20,7 @@ from ...core.progress import Progress, portion
 from ..bridge.read_scene import ShapeMemory, shown_objects
 from ..scene.inputs import (
     SceneShapes,
+    check_any,
     graph_settings,
     graph_settings_fingerprint,
     make_environment,
@@ -50,9 +50,7 @@ class BuiltGraph:
 def build_graph_steps(scene) -> Generator[Progress, None, BuiltGraph]:
     """Build the motion graph of the scene's character; raises ClipError if its clips do not make one."""
     read = yield from portion(read_character_steps(scene), 0.0, 0.2)
-    if not read.clips:
-        name, reason = read.problems[0]
-        raise ClipError(f"No action of '{scene.wayfarer.character.name}' can be used. '{name}': {reason}")
+    check_any(scene, read)
     settings, actions = graph_settings(scene), actions_fingerprint(scene, read.seen)
     steady_heading, mirror = scene.wayfarer.graph.steady_heading, scene.wayfarer.graph.mirror_clips
     motions = {}

@@ -76,6 +76,13 @@ def read_character_steps(scene) -> Generator[Progress, None, CharacterClips]:
     return read
 
 
+def check_any(scene, read: CharacterClips) -> None:
+    """Raise ClipError, with the first reason, if no clip could be read."""
+    if not read.clips:
+        name, reason = read.problems[0]
+        raise ClipError(f"No action of '{scene.wayfarer.character.name}' can be used. '{name}': {reason}")
+
+
 def read_character(scene) -> tuple[list[MotionClip], list[tuple[str, str]]]:
     """The clips in use, and (action name, reason) of those that cannot be read; see :func:`read_character_steps`."""
     read = finish(read_character_steps(scene))

@@ -36,6 +36,13 @@ def test_shares_are_those_of_the_contacts(settings):
     assert clips.contacts_of(bpy.context.scene, action) is None
 
 
+def test_clips_that_cannot_be_read_are_said(settings):
+    for clip in settings.clips:
+        clip.action.use_frame_range, clip.action.frame_start, clip.action.frame_end = True, 1, 1
+    with pytest.raises(RuntimeError, match=r"No action of 'Wayfarer Character' can be used\. '"):
+        operators.show_contacts()
+
+
 def test_the_page_shows_every_clip(settings):
     operators.show_contacts()
     page = Path(bpy.app.tempdir, "wayfarer_contacts.html").read_text("utf-8")

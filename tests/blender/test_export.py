@@ -236,6 +236,26 @@ def test_what_else_the_character_plays_is_not_exported(sample_settings, tmp_path
     assert skinned == meshes and len(content["skins"]) == 1
 
 
+def test_poses_and_moves_that_are_not_keyed_stay(sample_settings, tmp_path):
+    """The exporter plays frames of the scene, and whatever is animated would go where its keys are."""
+    scene, character = bpy.context.scene, sample_settings.character
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    for frame in (1, 20):
+        camera.location = (frame, 0.0, 0.0)
+        camera.keyframe_insert("location", frame=frame)
+    scene.frame_set(10)
+    camera.location.x, hips = 0.1, character.pose.bones["Hips"]
+    hips.location.z += 0.3
+    bpy.context.view_layer.update()
+    before = tuple(camera.location), tuple(hips.location), tuple(hips.rotation_quaternion)
+    export_clips(
+        character, [(clip.action.name, clip.action) for clip in list(sample_settings.clips)[:1]], tmp_path / "a.glb"
+    )
+    assert (tuple(camera.location), tuple(hips.location), tuple(hips.rotation_quaternion)) == before
+    assert scene.frame_current == 10
+
+
 def test_bones_keep_their_names(tmp_path):
     """Whatever the character and its meshes are called: also as a copy of them would be."""
     armature = bpy.data.armatures.new("Bone")
