@@ -96,8 +96,12 @@ def _import(path: Path) -> None:
             if is_fbx:
                 result = bpy.ops.wm.fbx_import(filepath=str(path))
             else:
+                # The other manner of placing bones makes them giants where their armature is scaled.
                 result = bpy.ops.import_scene.gltf(
-                    filepath=str(path), disable_bone_shape=True, import_select_created_objects=False
+                    filepath=str(path),
+                    bone_heuristic="TEMPERANCE",
+                    disable_bone_shape=True,
+                    import_select_created_objects=False,
                 )
     except RuntimeError:
         result = set()

@@ -268,6 +268,20 @@ def test_the_character_is_the_file_that_has_a_body(tmp_path):
         assert_motion(scene.wayfarer.character, bpy.data.actions[name], motion, atol=5e-3)
 
 
+def test_bones_are_no_larger_than_the_body(tmp_path):
+    """Of a glTF file whose armature is scaled, as those that were made of Mixamo's FBX files."""
+
+    def to_centimetres(armature):
+        armature.data.transform(Matrix.Scale(100.0, 4))
+        armature.scale = (0.01, 0.01, 0.01)
+
+    export(tmp_path / "walk.glb", "walk", change=to_centimetres)
+    scene = empty_file()
+    operators.import_motion(directory=str(tmp_path))
+    bpy.context.view_layer.update()
+    assert 1.0 < max(scene.wayfarer.character.dimensions) < 2.5
+
+
 def test_several_actions_of_one_file(tmp_path):
     bpy.context.scene.render.fps = 30
     operators.add_sample_character()
