@@ -115,6 +115,9 @@ def fields_from_arrays(content: Mapping[str, Any], arrays: Mapping[str, np.ndarr
 
 
 def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: Grid, n_segments: int) -> Sweep:
+    whole = ("stencil_segment", "stencil_heading", "stencil_dx", "stencil_dy", "stencil_turn")
+    whole += ("sweep_path", "sweep_bounds", "sweep_tag_class", "sweep_part", "sweep_shift")
+    require(all(arrays[name].dtype == np.int64 for name in whole))
     nx, ny, n_headings = grid.shape
     stencils = Stencils(
         segment=arrays["stencil_segment"],
@@ -138,7 +141,7 @@ def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: G
     reach_x, reach_y = map(int, content["reach"])
     layout = PlaneLayout(nx, ny, reach_x, reach_y, grid.tiled)
     require(reach_x >= 0 and reach_y >= 0)
-    require(np.all(np.abs(stencils.dx) <= reach_x) and np.all(np.abs(stencils.dy) <= reach_y))
+    require(_are_within(stencils.dx, reach_x) and _are_within(stencils.dy, reach_y))
     require(n_segments > 0)
     require(layout.n_bits / 8 * (n_stencils + n_segments * n_headings) <= _MAX_PLANE_BYTES)
     path, bounds = arrays["sweep_path"], arrays["sweep_bounds"]
@@ -149,7 +152,7 @@ def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: G
     require(len(bounds) and bounds[0] == 0 and bounds[-1] == n_checks and np.all(np.diff(bounds) >= 0))
     require(np.all((tag_class >= 0) & (tag_class < len(classes))))
     require(np.all((part > 0) & (part < 1 << SUBDIVISION**2)))
-    require(np.all(np.abs(shift) <= layout.shift(reach_x, reach_y)))
+    require(_are_within(shift, layout.shift(reach_x, reach_y)))
     return Sweep(
         stencils=stencils,
         layout=layout,
@@ -160,6 +163,11 @@ def _sweep(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray], grid: G
         part=part.tolist(),
         shift=shift.tolist(),
     )
+
+
+def _are_within(values: np.ndarray, reach: int) -> bool:
+    # The smallest integer is its own absolute value.
+    return bool(np.all((values >= -reach) & (values <= reach)))
 
 
 def _plane_bytes(planes: Sequence[int], layout: PlaneLayout) -> np.ndarray:

@@ -320,6 +320,24 @@ def test_values_that_do_not_fit_together_are_refused(data):
         assert found.n_links >= 0 and found.node_mask().shape == found.shape
 
 
+@pytest.mark.parametrize("name", ["stencil_segment", "stencil_heading", "stencil_dx", "sweep_bounds", "sweep_shift"])
+def test_fractions_in_place_of_whole_numbers_are_refused(name):
+    content, arrays = fields_to_arrays(*sample_embedding().fields)
+    raw = archive_to_bytes(EMBEDDING_FORMAT, content, {**arrays, name: arrays[name].astype(float)})
+    with pytest.raises(EmbeddingError, match=r"'embedding'"):
+        embedding_from_bytes(raw)
+
+
+@pytest.mark.parametrize("name", ["stencil_dx", "stencil_dy", "sweep_shift"])
+def test_the_smallest_integer_is_no_step(name):
+    """Its absolute value overflows to itself; shifting a plane by it would take all memory."""
+    content, arrays = fields_to_arrays(*sample_embedding().fields)
+    changed = arrays[name].copy()
+    changed[0] = np.iinfo(np.int64).min
+    with pytest.raises(EmbeddingError, match=r"'embedding'"):
+        embedding_from_bytes(archive_to_bytes(EMBEDDING_FORMAT, content, {**arrays, name: changed}))
+
+
 def test_saving_keeps_the_old_file_until_the_new_one_is_complete(tmp_path, monkeypatch):
     path = tmp_path / "room.npz"
     first, second = sample_embedding(), embed(*random_problem(4, True))
