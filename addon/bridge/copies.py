@@ -27,22 +27,29 @@ def add_copy(scene, collection_name: str, action, name: str, walked: set[tuple[s
 
 
 def find_copies(scene, collection_name: str) -> list[bpy.types.Object]:
-    """All objects of the copies that are still where they were put; what was moved elsewhere is the artist's."""
+    """All objects of the copies that are still where they were put.
+
+    What was moved elsewhere is the artist's, and so is a copy that was chosen as the character.
+    """
     collection = find_collection(scene, collection_name)
     found = collection.objects if collection is not None else ()
-    return [obj for obj in found if obj.get(COPY_PROPERTY) == collection_name]
+    kept = set(_family(scene.wayfarer.character)) if scene.wayfarer.character is not None else set()
+    return [obj for obj in found if obj.get(COPY_PROPERTY) == collection_name and obj not in kept]
 
 
 def remove_copies(scene, collection_name: str) -> int:
     """Remove the copies and their actions; how many armatures there were.
 
-    Actions that others play as well, or that have a fake user, stay.
+    Actions that others play as well, or that have a fake user, stay, and so do the artist's own.
     """
     copies = find_copies(scene, collection_name)
     armatures = [obj for obj in copies if obj.type == "ARMATURE"]
     played = [obj.animation_data.action for obj in armatures if obj.animation_data and obj.animation_data.action]
     own = [action for action in set(played) if WALK_PROPERTY in action and not action.use_fake_user]
     unwanted = [*copies, *(action for action in own if action.users <= played.count(action))]
+    for action in {*played} - {*own}:
+        # What the artist let a copy play has no other user, perhaps, and would be lost on saving.
+        action.use_fake_user = action.use_fake_user or action.users <= played.count(action)
     if unwanted:
         bpy.data.batch_remove(unwanted)
     return len(armatures)
@@ -64,16 +71,20 @@ def duplicate_character(armature_object, collection) -> bpy.types.Object:
     go on following the original. The copy of the armature has the pose and the properties of the original, but no
     action and no NLA tracks.
     """
-    family = [armature_object, *armature_object.children_recursive]
-    family += [obj for obj in bpy.data.objects if obj not in family and is_deformed_by(obj, armature_object)]
     copies = {}
-    for original in family:
+    for original in _family(armature_object):
         copies[original] = original.copy()
         collection.objects.link(copies[original])
     tie_copies(copies)
     duplicate = copies[armature_object]
     silence(duplicate.animation_data)
     return duplicate
+
+
+def _family(armature_object) -> list[bpy.types.Object]:
+    """List an armature object and all that belongs to it."""
+    family = [armature_object, *armature_object.children_recursive]
+    return family + [obj for obj in bpy.data.objects if obj not in family and is_deformed_by(obj, armature_object)]
 
 
 def tie_copies(copies: Mapping) -> None:

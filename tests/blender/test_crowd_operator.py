@@ -124,6 +124,30 @@ def test_a_crowd_can_be_removed(settings):
     assert not any(WALK_PROPERTY in clip.action for clip in bpy.context.scene.wayfarer.clips)
 
 
+def test_what_the_artist_lets_a_walker_play_is_not_lost(settings):
+    assert operators.crowd() == {"FINISHED"}
+    action = bpy.data.actions["walk"].copy()
+    action.use_fake_user, action.name = False, "My Take"
+    data = walkers()[0].animation_data
+    data.action = action
+    data.action_slot = action.slots[0]
+    assert operators.remove_crowd() == {"FINISHED"}
+    assert bpy.data.actions["My Take"].use_fake_user and not walkers()
+
+
+def test_a_walker_that_was_chosen_as_the_character_stays(settings):
+    assert operators.crowd() == {"FINISHED"}
+    scene, chosen = bpy.context.scene, walkers()[0]
+    name = chosen.name
+    scene.wayfarer.use_others, scene.wayfarer.character = True, chosen
+    for clip in scene.wayfarer.clips:
+        clip.use = clip.action.name.startswith(("walk", "turn_left", "turn_right_90", "arc"))
+    assert operators.build_motion_graph() == operators.embed() == operators.crowd() == {"FINISHED"}
+    assert scene.wayfarer.character == bpy.data.objects[name] and chosen.children
+    assert operators.remove_crowd() == {"FINISHED"}
+    assert walkers() == [bpy.data.objects[name]]
+
+
 def test_a_crowd_is_undone_in_one_step(settings):
     bpy.ops.ed.undo_push(message="before")
     before = contents()
