@@ -24,33 +24,37 @@ _MATERIALS = tuple(f"{NAME} {number}" for number in range(1, len(COLORS) + 1))
 
 
 def draw_walk_fan(paths: Sequence[np.ndarray], ground_height: float, collection) -> list[bpy.types.Object]:
-    """One curve object in ``collection`` for each of some (F, 3) paths x, y (m), heading; earlier ones are removed."""
-    # Their materials are used again: someone may have given them another colour.
-    _remove(collection)
+    """One curve object in ``collection`` for each of some (F, 3) paths x, y (m), heading.
+
+    Those of earlier walks are used again, with all that the artist hung on them; what is too many is removed.
+    """
+    known = {obj[FAN_PROPERTY]: obj for obj in walk_fan(collection) if isinstance(obj.data, bpy.types.Curve)}
     made = []
     for number, path in enumerate(paths):
-        color = number % len(COLORS)
-        curve = bpy.data.curves.new(NAME, "CURVE")
-        curve.materials.append(walk_material(_MATERIALS[color], COLORS[color]))
-        lay_tube(curve, path, ground_height)
-        obj = bpy.data.objects.new(NAME, curve)
-        obj[FAN_PROPERTY] = number
-        collection.objects.link(obj)
+        obj = known.get(number)
+        if obj is None:
+            color = number % len(COLORS)
+            curve = bpy.data.curves.new(NAME, "CURVE")
+            curve.materials.append(walk_material(_MATERIALS[color], COLORS[color]))
+            obj = bpy.data.objects.new(NAME, curve)
+            obj[FAN_PROPERTY] = number
+            collection.objects.link(obj)
+        lay_tube(obj.data, path, ground_height)
         made.append(obj)
-    # There may have been more walks than now.
+    _remove([obj for obj in walk_fan(collection) if obj not in made])
     remove_unused_materials(_MATERIALS)
     return made
 
 
 def remove_walk_fan(collection) -> int:
     """Remove the curves of :func:`draw_walk_fan` and their materials; returns how many curves there were."""
-    n_curves = _remove(collection)
+    n_curves = _remove(walk_fan(collection))
     remove_unused_materials(_MATERIALS)
     return n_curves
 
 
-def _remove(collection) -> int:
-    curves = [obj.data for obj in walk_fan(collection) if obj.data is not None]
-    bpy.data.batch_remove(walk_fan(collection))
+def _remove(objects: Sequence[bpy.types.Object]) -> int:
+    curves = [obj.data for obj in objects if obj.data is not None]
+    bpy.data.batch_remove(objects)
     bpy.data.batch_remove([curve for curve in curves if curve.users == 0])
     return len(curves)

@@ -158,7 +158,9 @@ def plan_of(table: Mapping[str, Any], folder: Path, title: str) -> StudyPlan:
     """Read the table of a study, its files sought from ``folder``; StudyError as for :func:`read_plan`."""
     unknown = set(table) - {"title", "scenes", "clips", "settings", "measures"}
     if unknown:
-        raise StudyError(f"There is no entry '{min(unknown)}'; there are title, scenes, clips, settings and measures.")
+        raise StudyError(
+            f"There is no entry {wording.quoted(min(unknown))}; there are title, scenes, clips, settings and measures."
+        )
     scenes = _sources(table, "scenes", folder, {"file", "scene", "parcel_size"})
     clips = _sources(table, "clips", folder, {"file", "scene", "character", "actions"})
     settings = {name: _values(name, given) for name, given in _table(table, "settings").items()}
@@ -188,13 +190,16 @@ def _sources(table: Mapping[str, Any], kind: str, folder: Path, known: set[str])
     found = []
     for name, entry in _table(table, kind).items():
         if not _NAME.fullmatch(name):
-            raise StudyError(f"'{name}' in [{kind}] is no name: use letters, digits, spaces, dots and dashes.")
+            raise StudyError(
+                f"{wording.quoted(name)} in [{kind}] is no name: use letters, digits, spaces, dots and dashes."
+            )
         entry = {"file": entry} if isinstance(entry, str) else entry
         if not isinstance(entry, dict) or not isinstance(entry.get("file"), str):
             raise StudyError(f"'{name}' in [{kind}] names no file.")
         if set(entry) - known:
             raise StudyError(
-                f"'{name}' in [{kind}] has no '{min(set(entry) - known)}'; it has {', '.join(sorted(known))}."
+                f"'{name}' in [{kind}] has no {wording.quoted(min(set(entry) - known))}; it has "
+                f"{', '.join(sorted(known))}."
             )
         file = folder / entry["file"]
         if "\0" in entry["file"]:

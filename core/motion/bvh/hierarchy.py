@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import ClipError
+from ...wording import quoted
 
 NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 LARGEST = 1e12
@@ -99,7 +100,7 @@ def _parse_channels(words: list[str], joint: str, name: str) -> tuple[str, ...]:
     known = [channel for channel in channels if channel]
     if len(channels) != count or len(set(known)) < len(known) or None in matches:
         raise ClipError(
-            f"The channels of '{joint}' in '{name}' cannot be: '{' '.join(words)[:80]}'; export the file again."
+            f"The channels of {quoted(joint)} in '{name}' cannot be: '{' '.join(words)[:80]}'; export the file again."
         )
     return channels
 
