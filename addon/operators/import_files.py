@@ -79,7 +79,7 @@ class _ImportsMotion(NeedsObjectMode, Browses):
     def steps(self, context):
         folder = Path(bpy.path.abspath(self.directory))
         if not folder.is_dir():
-            raise ClipError(f"There is no folder '{folder}'; choose one with BVH, FBX or glTF files in it.")
+            raise ClipError(f"There is no folder '{folder}'; choose one that holds motion.")
         # Where nothing is selected, the file browser gives the name in its text field: often that of the .blend file.
         chosen = [folder / file.name for file in self.files if file.name.lower().endswith(self.suffixes)]
         missing = [path.name for path in chosen if not path.is_file()]
