@@ -113,7 +113,7 @@ def test_the_page_holds_everything(quick):
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
-    [(("--clips", "{folder}/absent"), "There is no folder"), (("--clips", "{folder}"), "holds no BVH files")],
+    [(("--clips", "{folder}/absent"), "There is no folder"), (("--clips", "{folder}"), "holds no files of motion")],
 )
 def test_failures_are_one_sentence(tmp_path, arguments, sentence):
     result = run(*(word.format(folder=tmp_path) for word in arguments), "--quick", "--out", tmp_path / "out")
