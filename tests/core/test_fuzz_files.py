@@ -27,7 +27,7 @@ from core.export.engine_format import engine_files_steps
 from core.files import LIST_FILE, check_folder, write_files
 from core.maps.legend import ColorBar, MapLegend, Swatch
 from core.motion.bvh.character import understand_bvh_steps
-from core.motion.bvh.clip import bvh_clip_steps, fit_character
+from core.motion.bvh.clip import bvh_clip_steps
 from core.motion.bvh.reader import load_bvh_steps
 from core.motion.graph_archive import graph_to_bytes, load_motion_graph
 from core.motion.repertoire import sample_repertoire
@@ -181,7 +181,7 @@ def _embedding():
 def _bvh(path: Path) -> None:
     file = finish(load_bvh_steps(path))
     (character,) = finish(understand_bvh_steps([file]))
-    finish(bvh_clip_steps(file, character, character, fit_character(character, character)))
+    finish(bvh_clip_steps(file, character))
 
 
 def _set(folder: Path) -> tuple[bytes, Callable[[Path], object]]:
