@@ -33,7 +33,18 @@ ONE_PYTHON = (
     # These look at sources, texts and dev.py, or work with Dask, which is not there.
     *("docs", "parcels_cluster", "remedies", "security", "set_up", "study_cluster", "wording"),
     # These make much out of what other files test by itself: long walks, large grounds, many embeddings or processes.
-    *("ablation", "agreement", "capture", "crowd", "curve", "directed", "doctor", "fuzz_environments", "limits"),
+    *(
+        "ablation",
+        "agreement",
+        "capture",
+        "crowd",
+        "curve",
+        "directed",
+        "doctor",
+        "fuzz_environments",
+        "fuzz_files",
+        "limits",
+    ),
     *("loop", "metrics", "occupancy", "parcels", "performance", "pruning", "repertoire", "root_path", "scene_report"),
     *("study", "threshold", "walk", "wandering", "weak_spots", "why_not"),
 )
